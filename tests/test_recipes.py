@@ -33,18 +33,18 @@ MPM_MATERIAL(rubber, MPM_OBJECTIVE | MPM_HYPERELASTIC, "E nu", "F", "neo-Hookean
 
 MPM_INLINE void rubber_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
-  const MPMReal J = MPMDet(dim, s->F), p = m->lambda * J * (J - 1.0);
+  const MPMReal J = MPMParticleJ(dim, s), p = m->lambda * J * (J - 1.0);
 
-  MPMLeftCauchyGreen(dim, s->F, tau);
+  MPMParticleB(dim, s, tau);
   for (int k = 0; k < 6; k++) tau[k] = m->mu * (tau[k] - MPMSymUnit(3, k)) + p * MPMSymUnit(3, k);
 }
 
 MPM_INLINE MPMReal rubber_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  const MPMReal J = MPMDet(dim, s->F);
+  const MPMReal J = MPMParticleJ(dim, s);
   MPMReal       b[6];
 
-  MPMLeftCauchyGreen(dim, s->F, b);
+  MPMParticleB(dim, s, b);
   return 0.5 * m->mu * ((b[0] - 1.0) + (b[3] - 1.0) + (b[5] - 1.0) - 2.0 * MPMLog(J)) +
          0.5 * m->lambda * (J - 1.0) * (J - 1.0);
 }
@@ -53,10 +53,10 @@ MPM_INLINE MPMReal rubber_energy(int dim, const MPMMaterial *m, const MPMParticl
    twice the sum of |b - I|. */
 MPM_INLINE MPMReal rubber_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  const MPMReal J = MPMDet(dim, s->F);
+  const MPMReal J = MPMParticleJ(dim, s);
   MPMReal       b[6], most = MPMAll(1);
 
-  MPMLeftCauchyGreen(dim, s->F, b);
+  MPMParticleB(dim, s, b);
   for (int k = 0; k < 6; k++) most += 2.0 * MPMAbs(b[k] - MPMSymUnit(3, k));
   return (m->mu * most + MPMMax(MPMAll(0), m->mu + m->lambda * J * J)) / m->rho;
 }

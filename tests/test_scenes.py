@@ -20,7 +20,7 @@ import sys
 import check
 
 EXPECTED = ("bar barx cantilever column dambreak dambreak3d dambreak_block disks disks3d disks_contact drop elastic_column extrusion friction "
-            "gate granular_column hertz hopper impact martin_moyce mms pressure ring roll shear slope stl_drop taylor taylor3d vortex wedge").split()
+            "gate granular_column hertz hopper impact martin_moyce mms pressure ring roll shear slope stl_drop taylor taylor3d taylor_axi vortex wedge").split()
 PARTICLE_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
 ERRORS = {"barx": 2.6e-5, "elastic_column": 0.0016, "mms": 0.0053, "ring": 0.012, "shear": 1.3e-4, "vortex": 0.0134}
@@ -37,6 +37,7 @@ LANES = [
     ("disks3d", "-method_basis gimp -method_update usl -body_ball1_velocity 0.3*z,0.1,x*y", 10),
     ("taylor", "", 20),
     ("taylor3d", "", 10),
+    ("taylor_axi", "", 20),
     ("drop", "-method_basis bspline2 -method_update usl -method_transfer apic", 50),
     ("mms", "-method_update usl -method_transfer apic", 30),
 ]

@@ -519,6 +519,63 @@ static void Rates(const MPMMaterial *m, int dim, const PetscReal *F)
   CHECK_LE(jump, (1 + 1e-9) * J * m->rho * m->diffusivity * a + 100 * modulus * (dt * a + DBL_EPSILON));
 }
 
+/* Bodies of revolution: the stretch around the axis is that along z of the same state in 3-D, for a step with rates in
+   both, at each number of lanes. */
+static void Revolution(const MPMMaterial *plane, const PetscReal *F)
+{
+  const PetscReal around = UnitReal(0.8, 1.25), dt = 0.05, rate = UnitReal(-1, 1);
+  const PetscReal F3[9]         = {F[0], F[1], 0, F[2], F[3], 0, 0, 0, around},
+                  L[4]          = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)};
+  const PetscReal       L3[9]   = {L[0], L[1], 0, L[2], L[3], 0, 0, 0, rate};
+  const MPMMaterialLaw *laws[4] = {plane->type->law};
+  MPMMaterial           m       = *plane;
+  MPMParticleState      s, begin;
+  PetscReal             W[2][MPM_BLOCK], c2[2][MPM_BLOCK];
+
+  m.round = PETSC_TRUE;
+  if (m.state & MPM_BIT(F)) m.state |= MPM_BIT(F33);
+  CHECK_EQ(MPMLawForm(plane, 2), 1);
+  CHECK_EQ(MPMLawForm(&m, 2), 3);
+  for (int k = 0; k < 3; k++) laws[k + 1] = plane->type->law->lanes[k];
+  State(plane, 3, F3, &begin);
+  s = begin;
+  if (plane->type->law->update[2]) Step(plane, 3, dt, L3, &s);
+  for (int k = 0; k < 4; k++) {
+    const int    form = (int)MPMLawForm(&m, 2);
+    MPMBlock     b, three;
+    MPMComponent Lb[9];
+    PetscReal    scale = PetscAbsReal(m.lambda) + m.mu + m.K;
+
+    if (!laws[k] || (k && MPMKernelWidth() < 16 >> k)) continue;
+    for (int p = 0; p < MPM_BLOCK; p++) {
+      MPMParticleState own = begin;
+
+      memcpy(own.F, F, sizeof(PetscReal) * 4);
+      Put(&m, 2, &own, &b, p);
+      Put(plane, 3, &s, &three, p);
+      if (laws[0]->update[form]) MPMDeform(2, dt, L, own.F);
+      for (int c = 0; c < 4; c++) Lb[c][p] = L[c], b.F[c][p] = m.state & MPM_BIT(F) ? own.F[c] : NAN;
+      Lb[4][p] = rate;
+      if (m.state & MPM_BIT(F)) b.F33[0][p] = laws[0]->update[form] ? around * (1 + dt * rate) : around;
+    }
+    if (laws[k]->update[form]) laws[k]->update[form](&m, dt, Lb, 3, 4, &b);
+    if (!(m.state & MPM_BIT(tau))) laws[k]->stress[form](&m, 3, 4, &b);
+    if (!(m.state & MPM_BIT(tau))) laws[0]->stress[2](plane, 3, 4, &three);
+    for (int c = 0; c < 4; c++) scale = PetscMax(scale, PetscAbsReal(three.tau[MPMSymPlace(2, c)][3]));
+    for (int c = 0; c < 4; c++) CHECK_NEAR(b.tau[c][3] / scale, three.tau[MPMSymPlace(2, c)][3] / scale, 1e-12);
+    if (m.state & MPM_BIT(J)) CHECK_NEAR(b.J[0][3] / three.J[0][3], 1, 1e-12);
+    if (m.state & MPM_BIT(ep)) CHECK_NEAR(b.ep[0][3], three.ep[0][3], 1e-11);
+    if (m.state & MPM_BIT(theta)) CHECK_NEAR(b.theta[0][3], three.theta[0][3], 1e-11 * (1 + three.theta[0][3]));
+    laws[k]->speed2[form](&m, 3, 4, &b, c2[0]);
+    laws[0]->speed2[2](plane, 3, 4, &three, c2[1]);
+    CHECK_NEAR(c2[0][3] / c2[1][3], 1, 1e-11);
+    if (k) continue;
+    laws[0]->energy[form](&m, 3, 4, &b, W[0]);
+    laws[0]->energy[2](plane, 3, 4, &three, W[1]);
+    CHECK_NEAR(W[0][3] / scale, W[1][3] / scale, 1e-11);
+  }
+}
+
 static void Law(const MPMMaterial *m, int dim, PetscReal size)
 {
   const PetscInt traits = m->type->traits;
@@ -539,6 +596,7 @@ static void Law(const MPMMaterial *m, int dim, PetscReal size)
     Rates(m, dim, F);
     if (traits & (MPM_HYPERELASTIC | MPM_SMALL_STRAIN)) Hooke(m, dim);
     Dimensions(m, dim, F);
+    if (dim == 2) Revolution(m, F);
     /* With nu < 0 a finite compression may have W < 0 by the law itself: the term of lambda is negative. */
     if (m->nu >= 0 || round % 3 == 0) CHECK_GE(Energy(m, dim, F) / (PetscAbsReal(m->lambda) + m->mu), -8 * DBL_EPSILON);
   }
@@ -1250,8 +1308,8 @@ int main(void)
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++) {
     const MPMMaterialLaw *law = type->law;
 
-    for (int d = 0; d < 3; d++) {
-      UnitContext("%s, dim %d", type->name, d + 1);
+    for (int d = 0; d < MPM_LAW_FORMS; d++) {
+      UnitContext("%s, form %d", type->name, d + 1);
       CHECK((law->stress[d] || law->update[d]) && law->energy[d] && law->speed2[d]);
     }
     if (type->traits & MPM_FLUID)

@@ -214,10 +214,17 @@ def share_of_cell(run):
     return run["h"].prod() / (np.median(counts) if len(counts) else 1)
 
 
+def is_round(run):
+    """Is it of bodies of revolution, of which x is the radius?"""
+    return run["options"].get("geometry", "") == "axisymmetric"
+
+
 def volumes_of(run, particles):
-    """The particles' volumes; where the file has none, those by their spacing at the start, and by F if the file has it."""
+    """The particles' volumes, of bodies of revolution the areas of their sections; where the file has none, those by their
+    spacing at the start, and by F if the file has it."""
     if "volume" in particles:
-        return particles["volume"][...]
+        volume = particles["volume"][...]
+        return volume / (2 * np.pi * np.maximum(particles["x"][:, 0], 1e-3 * run["h"][0])) if is_round(run) else volume
     volume = np.full(len(particles["x"]), share_of_cell(run))
     return volume * np.abs(np.linalg.det(particles["F"][...].reshape(-1, 3, 3))) if "F" in particles else volume
 
@@ -237,7 +244,8 @@ def sides_at_rest(run, particles):
     sides = shape[np.clip(body, 0, len(bodies) - 1)]
     volume = volumes_of(run, particles)
     if "F" in particles:
-        volume = volume / np.abs(np.linalg.det(particles["F"][...].reshape(-1, 3, 3)))
+        F = particles["F"][...].reshape(-1, 3, 3)
+        volume = volume / np.abs(np.linalg.det(F)) * (F[:, 2, 2] if is_round(run) and "volume" in particles else 1)
     return sides * (volume / sides.prod(axis=1))[:, None]**(1 / dim), body
 
 
@@ -647,10 +655,10 @@ def name_axes(axes, run, x=True, y=True, first=True, ticks=6):
         axes.xaxis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     if run["dim"] < 3 and x:
-        axes.set_xlabel(f"${run['axes'][0]}$ [{run['length']}]")
+        axes.set_xlabel(f"${'r' if is_round(run) else run['axes'][0]}$ [{run['length']}]")
         axes.tick_params(labelbottom=True)
     if run["dim"] < 3 and y:
-        axes.set_ylabel(f"${run['axes'][1]}$ [{run['length']}]" if run["dim"] == 2 else run["label"])
+        axes.set_ylabel(f"${'z' if is_round(run) else run['axes'][1]}$ [{run['length']}]" if run["dim"] == 2 else run["label"])
 
 
 def aspect_of(run):

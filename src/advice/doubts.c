@@ -315,7 +315,7 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
     (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if (!chosen && core->grid.dim == 2 && m->acts[1] - angle > MPM_BOUND_angle_acts)
+    if (!chosen && core->grid.dim == 2 && !core->grid.round && m->acts[1] - angle > MPM_BOUND_angle_acts)
       PetscCall(MPMWarn(
           &core->print,
           "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "
@@ -357,7 +357,20 @@ static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the warnings and a note before the first step. Not collective. */
+/* Notes fluids of a scene of bodies of revolution, whose volumes are not relaxed as they would be in a plane. */
+static PetscErrorCode NoteRound(const MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < scene->nmaterials && core->grid.round; k++)
+    if (scene->materials[k].type->traits & MPM_FLUID)
+      PetscCall(MPMNote(&core->print,
+                        "the volumes of %s are not relaxed, with -geometry axisymmetric: after a splash its level may be "
+                        "wrong; compare with a plane or 3-D scene if it counts",
+                        scene->materials[k].name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the warnings and notes before the first step. Not collective. */
 PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const MPMMethod *method, const MPMTime *time,
                              const MPMForecast *f)
 {
@@ -392,5 +405,6 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
   PetscCall(WarnAngle(core, scene));
   PetscCall(WarnRuns(core, scene, method));
   PetscCall(WarnFall(core, scene));
+  PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -62,6 +62,7 @@ static PetscErrorCode Examine(MPMCore *core, const MPMScene *scene, Table table[
     Place         *q      = &place[p];
 
     *q = (Place){.cell = view.cell[p], .row = p, .body = MPMBodyOf(scene, view.id[p], 0)};
+    if (core->grid.round) volume /= 2 * PETSC_PI * PetscMax(view.x[p * dim], 1e-3 * core->grid.h[0]); /* its area */
     if (view.F && (scene->materials[kind->material].state & MPM_BIT(F)))
       volume *= MPMDet((int)dim, view.F + p * dim * dim);
     for (PetscInt d = 0; d < dim; d++) q->x[d] = view.x[p * dim + d];
@@ -164,7 +165,8 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     const MPMBody  *b     = &scene->bodies[k];
     const PetscReal shape = MPMFitVolume(b, grid->dim);
-    const PetscReal have  = (PetscReal)b->parts / (PetscReal)MPMCutParts(grid->dim) * scene->kinds[b->kind].V0;
+    const PetscReal have  = (PetscReal)b->parts / (PetscReal)MPMCutParts(grid->dim) *
+                           (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
     char            why[MPM_TEXT_LEN];
 
     if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;

@@ -90,7 +90,7 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
   PetscCallVoid(PetscMemzero(half, sizeof *half));
   half->id = (PetscReal)l->view.id[p];
   MPMMaterialState(dim, &l->view, p, &b);
-  if (!plastic && !(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  if (!plastic && !(m->state & MPM_BIT(tau))) m->type->law->stress[MPMLawForm(m, dim)](m, 0, 1, &b);
   for (PetscInt d = 0; d < dim && plastic; d++) { /* the largest eigenvalue of be is at most its largest sum of a row */
     PetscReal row = 0;
 

@@ -13,7 +13,8 @@ PetscErrorCode MPMReportScene(const MPMCore *core, const MPMScene *scene)
   PetscBool                cubes   = PETSC_TRUE; /* but for rounding */
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPrint(&core->print, "scene      %s   %s   ", scene->title, space[dim - 1]));
+  PetscCall(MPMPrint(&core->print, "scene      %s   %s   ", scene->title,
+                     core->grid.round ? "2-D axisymmetric (x is r, y is z)" : space[dim - 1]));
   for (PetscInt d = 0; d < dim; d++)
     PetscCall(MPMPrint(&core->print, "%s%" PetscInt_FMT, d ? "x" : "", core->grid.cells[d]));
   PetscCall(MPMPrint(&core->print, " cells  h="));
@@ -176,7 +177,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
 {
   const PetscInt dim    = core->grid.dim;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) |
-                          MPM_BIT(J);
+                          MPM_BIT(F33) | MPM_BIT(J);
   MPMView view;
 
   PetscFunctionBeginUser;
@@ -186,11 +187,13 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     const MPMBody *body    = &scene->bodies[load->body];
     PetscInt64     n[7]    = {0}; /* particles, and their sides */
     PetscReal      area[3] = {0}, most = 0, at = 0;
+    MPMSum         rings[3]; /* of a body of revolution: areas */
 
     if (MPMLoadIsOnVolume(load)) {
       PetscCall(PrintVolumeLoad(core, scene, end, load));
       continue;
     }
+    for (PetscInt d = 0; d < 3; d++) MPMSumZero(&rings[d]);
     for (PetscInt p = 0; p < view.n; p++) {
       PetscInt sides = 0;
 
@@ -200,16 +203,22 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
       if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
       n[0]++;
       for (PetscInt k = 0; k < 2 * dim; k++) n[1 + k] += sides >> k & 1;
+      for (PetscInt k = 0; k < 2 * dim && body->round; k++)
+        if (sides >> k & 1)
+          MPMSumAdd(&rings[k / 2], 2 * PETSC_PI * body->b[1 - k / 2] *
+                                       (view.X[p * dim] + (k > 1 ? 0 : (k ? 0.5 : -0.5) * body->b[0])));
     }
+    PetscCall(MPMSumReduce(rings, 3, core->exchange.data));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 7, MPIU_INT64, MPI_SUM, core->exchange.data));
     PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s, area along each axis (",
                        load->name, load->type == MPM_LOAD_PRESSURE ? "pressure" : "traction", n[0], body->name));
     for (PetscInt d = 0; d < dim; d++) {
       area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]);
       for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
+      if (body->round) area[d] = MPMSumValue(&rings[d]);
       PetscCall(MPMPrint(&core->print, "%s%g", d ? ", " : "", (double)area[d]));
     }
-    PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, dim - 1));
+    PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, body->round ? 2 : dim - 1));
     for (PetscInt k = 0; k <= 10; k++) {
       const PetscReal t    = end * k / 10;
       PetscReal       size = 0;

@@ -90,14 +90,13 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   PetscCall(CountParticles(core, scene, shown, n, sum));
   for (PetscInt b = 0; b < shown; b++) {
     const MPMBody  *body   = &scene->bodies[b];
-    const PetscBool alike  = body->points ? PETSC_FALSE : PETSC_TRUE;
     const PetscReal mass = MPMSumValue(&sum[b][0]), volume = MPMSumValue(&sum[b][1]);
 
     PetscCall(MPMPrint(&core->print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
-    if (alike || !body->points->material)
+    if (!body->points || !body->points->material)
       PetscCall(MPMPrint(&core->print, " of %s", scene->materials[body->material].name));
     PetscCall(MPMPrint(&core->print, ", %" PetscInt64_FMT " particles, %.6g kg, %.6g m^3%s\n", n[b], (double)mass,
-                       (double)volume, per[core->grid.dim - 1]));
+                       (double)volume, core->grid.round ? " in full turns" : per[core->grid.dim - 1]));
   }
   if (shown < scene->nbodies)
     PetscCall(MPMPrint(&core->print,

@@ -79,7 +79,7 @@ static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scen
 
     MPMMaterialState(dim, &view, p, &b);
     if (wave)
-      m->type->law->speed2[dim - 1](m, 0, 1, &b, &value);
+      m->type->law->speed2[MPMLawForm(m, dim)](m, 0, 1, &b, &value);
     else
       for (PetscInt d = 0; d < dim; d++) value += view.v[p * dim + d] * view.v[p * dim + d];
     Take(&view, dim, p, value, &most);

@@ -60,7 +60,7 @@ MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder 
 
     for (int k = 0; k < dim * dim && (m->state & MPM_BIT(F)); k++) F[k] = MPMRead(&b->F[k][l]);
     if (m->state & MPM_BIT(F))
-      ratio = MPMDet(dim, F);
+      ratio = m->round ? MPMDet(dim, F) * MPMRead(&b->F33[0][l]) : MPMDet(dim, F);
     else if (m->state & MPM_BIT(J))
       ratio = MPMRead(&b->J[0][l]);
     MPMWritePart(J + l, ratio, first - l, next - l);
@@ -69,8 +69,8 @@ MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder 
 
 /* --- Volumes ------------------------------------------------------------------------------------------------------ */
 
-/* Returns det(I + dt L) - 1 without the rounding errors of a sum with 1. */
-MPM_INLINE MPMReal Growth(int dim, PetscReal dt, const MPMReal *L)
+/* Returns det(I + dt L) - 1 without the rounding errors of a sum with 1. round: L [4] is the rate around the axis. */
+MPM_INLINE MPMReal Growth(int dim, int round, PetscReal dt, const MPMReal *L)
 {
   MPMReal trace = L[0], minors = MPMAll(0);
 
@@ -79,35 +79,38 @@ MPM_INLINE MPMReal Growth(int dim, PetscReal dt, const MPMReal *L)
     for (int e = d + 1; e < dim; e++) minors += L[d * (dim + 1)] * L[e * (dim + 1)] - L[d * dim + e] * L[e * dim + d];
   trace += dt * minors;
   if (dim == 3) trace += dt * dt * MPMDet(dim, L);
-  return dt * trace;
+  return round ? dt * (trace + (1.0 + dt * trace) * L[4]) : dt * trace;
 }
 
 /* MPMSumGrowth for one dim. */
 MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
 {
   const MPMInterpolateBlocks gradients = MPM_LANES_NAME(
-      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][0][1];
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][patch->grid->round ? 2 : 0][1];
+  const int      round = dim == 2 && patch->grid->round;
   const MPMRange all = {0, patch->particles.n, 0};
   MPMBlockOrder  o;
   MPMStencils    s;
-  MPMComponent   L[9], V, growth;
+  MPMComponent   L[9], V, growth, vr[1];
   MPMBlock       b;
 
   MPMStencilsBegin(dim, par, patch, &s);
   MPMFirstBlock(1, &all, &o);
   while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    gradients(&o, &s, patch->n, patch->motion, NULL, L);
+    gradients(&o, &s, patch->n, patch->motion, vr, L);
+    if (round) MPMRoundGradient(&o, &s, vr[0], L);
     if (patch->particles.F) MPMGather(dim * dim, patch->particles.F, &o, b.F);
+    if (patch->particles.F33) MPMGather(1, patch->particles.F33, &o, b.F33);
     if (patch->particles.J) MPMGather(1, patch->particles.J, &o, b.J);
     VolumeRatios(dim, par, &o, &s, &b, V);
     for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
       const MPMReal now = MPMRead(&s.V0[l]) * MPMRead(V + l);
       MPMReal       G[9];
 
-      for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
+      for (int k = 0; k < dim * dim + round; k++) G[k] = MPMRead(&L[k][l]);
       MPMWrite(V + l, now);
-      MPMWrite(growth + l, now * Growth(dim, par->dt, G));
+      MPMWrite(growth + l, now * Growth(dim, round, par->dt, G));
     }
     AddToBoxes(dim, par, patch, &o, &s, V, growth);
   }
@@ -118,17 +121,18 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
 MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                             const MPMStencils *s, MPMComponent *L)
 {
+  const int    round = dim == 2 && patch->grid->round;
   MPMComponent mean; /* determinant less 1 */
 
   Means(dim, par, patch, o, s, mean);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     MPMReal G[9], own, ratio, less; /* the ratio of determinants less 1, then its root less 1 */
 
-    for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
-    own   = Growth(dim, par->dt, G);
+    for (int k = 0; k < dim * dim + round; k++) G[k] = MPMRead(&L[k][l]);
+    own   = Growth(dim, round, par->dt, G);
     less  = par->lock_share * (MPMRead(mean + l) - own) / (1.0 + own);
     ratio = 1.0 + less;
-    if (dim == 2)
+    if (dim == 2 && !round)
       less = less / (1.0 + MPMSqrt(ratio));
     else {
       const MPMReal root = MPMExp(MPMLog(ratio) / 3.0);
@@ -136,6 +140,7 @@ MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, cons
       less = less / (1.0 + root + root * root);
     }
     less = MPMSelect((ratio > 0.0) & (1.0 + own > 0.0), less, MPMAll(-1));
+    if (round) MPMWrite(&L[4][l], (1.0 + less) * G[4] + less / par->dt);
     for (int k = 0; k < dim * dim; k++)
       MPMWrite(&L[k][l], (1.0 + less) * G[k] + (k % (dim + 1) ? MPMAll(0) : less / par->dt));
   }
@@ -143,13 +148,13 @@ MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, cons
 
 /* --- Pressures ---------------------------------------------------------------------------------------------------- */
 
-/* Returns the mean normal stress on the axes of the grid. */
-MPM_INLINE MPMReal MeanStress(int dim, const MPMBlock *b, PetscInt l)
+/* Returns the mean normal stress on the axes of the grid, and around the axis of a body of revolution. */
+MPM_INLINE MPMReal MeanStress(int dim, int round, const MPMBlock *b, PetscInt l)
 {
   MPMReal sum = MPMAll(0);
 
   for (int d = 0; d < dim; d++) sum += MPMRead(&b->tau[MPMSymPart(dim, d, d)][l]);
-  return sum / dim;
+  return round ? (sum + MPMRead(&b->tau[3][l])) / 3.0 : sum / dim;
 }
 
 /* MPMSumPressures for one dim. */
@@ -167,13 +172,13 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
     MPMStage(dim, par, patch, &o, &s);
     MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS, &o, &s, &b);
     MPM_FOR_MATERIALS(m, first, next, par, o.lanes, s.kind)
-    if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+    if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[MPMLawForm(m, dim)](m, first, next, &b);
     VolumeRatios(dim, par, &o, &s, &b, V);
     for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
       const MPMReal V0 = MPMRead(&s.V0[l]);
 
       MPMWrite(V + l, V0 * MPMRead(V + l));
-      MPMWrite(p + l, V0 * MeanStress(dim, &b, l));
+      MPMWrite(p + l, V0 * MeanStress(dim, dim == 2 && patch->grid->round, &b, l));
     }
     AddToBoxes(dim, par, patch, &o, &s, V, p);
   }
@@ -183,18 +188,20 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
 MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                               const MPMStencils *s, MPMBlock *b)
 {
+  const int    round = dim == 2 && patch->grid->round;
   MPMComponent mean, J;
 
   Means(dim, par, patch, o, s, mean);
   VolumeRatios(dim, par, o, s, b, J);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
-    const MPMReal change = par->lock_share * (MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, b, l));
+    const MPMReal change = par->lock_share * (MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, round, b, l));
 
     for (int d = 0; d < dim; d++) {
       PetscReal *tau = &b->tau[MPMSymPart(dim, d, d)][l];
 
       MPMWrite(tau, MPMRead(tau) + change);
     }
+    if (round) MPMWrite(&b->tau[3][l], MPMRead(&b->tau[3][l]) + change);
   }
 }
 

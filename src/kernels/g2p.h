@@ -92,6 +92,17 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       for (int k = 0; k < dim * dim; k++) MPMWrite(&b->F[k][l], F[k]);
       MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);
       J = MPMDet(dim, F);
+      if (particles->F33) {
+        MPMReal F33, rate = MPMRead(&L[4][l]);
+
+        if (par->nmaterials > 1) rate = MPMSelect(MPMRead(&s->has_F[l]) > 0.0, rate, MPMAll(0));
+        MPMLoad(1, particles->F33, o, l, &F33);
+        F33 += dt * rate * F33;
+        MPMWrite(&b->F33[0][l], F33);
+        MPMStore(1, &F33, o, l, l, l + MPM_WIDTH, particles->F33);
+        bad |= MPMNot(F33 > 0.0);
+        J *= F33;
+      }
       bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
     if (parts & MPM_G2P_COMMIT) {
@@ -129,7 +140,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     MPMMask               bad   = has_F ? found->bad : MPMNone();
     MPMComponent          c2;
 
-    if (law->update[dim - 1]) law->update[dim - 1](m, par->dt, L, first, next, b);
+    if (law->update[dim - 1]) law->update[MPMLawForm(m, dim)](m, par->dt, L, first, next, b);
     for (PetscInt l = from; l < next && m->follows > 0 && (m->state & MPM_BIT(vc)); l += MPM_WIDTH)
       found->opened |= MPMBetween(l, first, next) & (MPMRead(&b->vc[0][l]) > MPM_OPENED);
     for (PetscInt l = from; l < next && !has_F; l += MPM_WIDTH) {
@@ -138,11 +149,11 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
       bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
     if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, PetscMin(next, o->n), o->particle, s, b, status);
-    law->speed2[dim - 1](m, first, next, b, c2);
+    law->speed2[MPMLawForm(m, dim)](m, first, next, b, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       found->c2 = MPMMax(found->c2, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (MPM_BIT(name) != MPM_BIT(F) && ((m->state | par->carried) & MPM_BIT(name)))                                      \
+  if (!(MPM_BIT(name) & (MPM_BIT(F) | MPM_BIT(F33))) && ((m->state | par->carried) & MPM_BIT(name)))                   \
     MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, patch->particles.name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
@@ -166,8 +177,9 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
    and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : 0;
   const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
+  const int      round  = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
+  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : round ? 2 : 0;
   const MPMView *particles               = &patch->particles;
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
@@ -190,6 +202,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, patch->n, patch->motion, value, L);
+    if (round) MPMRoundGradient(&o, &s, vn[0], L);
     if (parts & MPM_G2P_VOLUME) {
       MPM_LANES_NAME(MPMRelaxVolumes)(dim, par, patch, &o, &s, value, L);
       continue;
@@ -201,7 +214,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMScatter(dim, r, &o, 0, o.n, particles->r);
     }
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
-    if (stress) state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
+    if (stress) state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~(MPM_BIT(F) | MPM_BIT(F33)), &o, &s, &b);
     MPMMoveBlock(dim, par, patch, parts, state, &o, vn, an, L, &s, &b, &found, status);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, par, parts, patch, &o, &s, L); /* L is not needed any more */

@@ -3,7 +3,10 @@
    depend on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
+#include "kernels/round.h"
 #include "physics/wall.h"
+
+#define OUTWARD 3 /* in light->given: of bodies of revolution, the momentum of v_r = r (round.h) */
 
 /* Returns the distance in the arrays between neighbours on axis d. */
 MPM_INLINE PetscInt Step(const MPMPatch *patch, PetscInt d)
@@ -196,6 +199,22 @@ MPM_INLINE PetscBool IsOwn(const MPMPatch *patch, PetscInt node)
   return PETSC_TRUE;
 }
 
+/* Returns the mass of a node of the arrays along axis d. */
+MPM_INLINE PetscReal Mass(const MPMPatch *patch, PetscInt node, PetscInt d)
+{
+  return MPMNodeMass(patch->grid, patch->node + node, patch->lo[0] + node % patch->n[0], d);
+}
+
+/* Returns the mass that was collected for a carrier along axis d. Along r it is such that a uniform expansion of
+   carriers and light nodes has the momentum that they have. */
+MPM_INLINE PetscReal GivenMass(const MPMPatch *patch, PetscInt node, const PetscReal given[], PetscInt d)
+{
+  const MPMGrid  *grid = patch->grid;
+  const PetscReal r    = grid->lower[0] + (PetscReal)(patch->lo[0] + node % patch->n[0]) * grid->h[0];
+
+  return grid->round && !d && r > 0 ? given[OUTWARD] / r : given[0];
+}
+
 /* Adds to light->given what light nodes give to their carriers here, times the carriers' weights: mass and force, or,
    where `inertia`, their masses times their accelerations, without gravity. */
 static void Collect(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscBool inertia)
@@ -211,8 +230,9 @@ static void Collect(MPMLight *light, const MPMParams *par, const MPMPatch *patch
 
       if (!IsOwn(patch, carrier)) continue;
       to[0] += weight * patch->node[node].m;
+      if (patch->grid->round) to[OUTWARD] += weight * patch->node[node].p[2];
       for (PetscInt d = 0; d < dim; d++)
-        to[1 + d] += weight * (inertia ? patch->node[node].m * (a[d] - par->gravity[d]) : patch->node[node].f[d]);
+        to[1 + d] += weight * (inertia ? Mass(patch, node, d) * (a[d] - par->gravity[d]) : patch->node[node].f[d]);
     }
 }
 
@@ -259,7 +279,11 @@ void MPMLightGive(MPMLight *light, const MPMParams *par, MPMPatch *patch)
       if (!given) continue;
       held = Held(par, patch, carrier, ijk);
       for (PetscInt d = 0; d < patch->grid->dim; d++) /* what a wall holds is its reaction */
-        n->f[d] = (n->f[d] + given[1 + d]) * (held >> d & 1 ? 1 : n->m / (n->m + given[0]));
+        if (held >> d & 1)
+          n->f[d] += given[1 + d];
+        else
+          n->f[d] = (n->f[d] + given[1 + d]) *
+                    (Mass(patch, carrier, d) / (Mass(patch, carrier, d) + GivenMass(patch, carrier, given, d)));
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
     }
 }
@@ -275,7 +299,7 @@ static void Accelerate(const MPMParams *par, MPMPatch *patch, PetscInt node, con
     if (held >> d & 1) continue;
     v[d] += par->kick * (a[d] - v[dim + d]);
     v[dim + d]             = a[d];
-    patch->node[node].f[d] = patch->node[node].m * (a[d] - par->gravity[d]);
+    patch->node[node].f[d] = Mass(patch, node, d) * (a[d] - par->gravity[d]);
   }
 }
 
@@ -316,7 +340,9 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
         const PetscReal now = patch->motion[carrier * nc + dim + d];
 
         a[d] = now;
-        if (!(held >> d & 1)) a[d] += (given[0] * (now - par->gravity[d]) - given[1 + d]) / patch->node[carrier].m;
+        if (!(held >> d & 1))
+          a[d] += (GivenMass(patch, carrier, given, d) * (now - par->gravity[d]) - given[1 + d]) /
+                  Mass(patch, carrier, d);
       }
       Accelerate(par, patch, carrier, a, held);
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;

@@ -14,11 +14,14 @@
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 
 /* Computes the records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), where V sig = V0 tau, but as above
-   in 2-D; A are those of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h. */
+   in 2-D; A are those of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h.
+   In bodies of revolution Q[0] also has the momentum of v_r = r, of which `outward` is the affine part, and Q[1] the
+   stress around the axis. */
 MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
-                                const MPMStencils *s, const MPMBlock *b, MPMRecords *r)
+                                const MPMStencils *s, const MPMBlock *b, PetscReal outward, MPMRecords *r)
 {
   MPMComponent    v[3], force[3], C[9];
+  const int       round = dim == 2 && patch->grid->round;
   const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
@@ -30,12 +33,17 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 
       Q[0] = one * m;
       for (int d = 0; d < 3; d++) Q[1 + d] = d < dim ? m * MPMRead(&v[d][l]) : MPMAll(0);
+      if (round) Q[3] = one * m * MPMRead(&s->x[0][l]);
       for (int e = 0; e < dim && (parts & MPM_AFFINE); e++) {
         MPMReal A[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
         for (int d = 0; d < dim; d++) {
           A[1 + d] = m * MPMRead(&C[d * dim + e][l]) * patch->grid->h[e];
           Q[1 + d] -= A[1 + d] * MPMRead(&s->at[e][l]);
+        }
+        if (round && e == 0) {
+          A[3] = one * outward * m * patch->grid->h[0];
+          Q[3] -= A[3] * MPMRead(&s->at[0][l]);
         }
         MPMWriteRecords(1 + dim, A, r->A[l][e], MPM_A_RECORDS);
       }
@@ -62,12 +70,13 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMWriteRecords(dim == 2 ? 4 : dim, Q, r->Q[l][dim == 2 ? 0 : 1 + e] + MPM_NODE_force, MPM_Q_RECORDS);
       }
     }
-  if ((parts & MPM_P2G_FORCE) && patch->particles.b) {
-    MPMGather(dim, patch->particles.b, o, force);
+  if ((parts & MPM_P2G_FORCE) && (patch->particles.b || round)) {
+    if (patch->particles.b) MPMGather(dim, patch->particles.b, o, force);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
-      for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
+      for (int d = 0; d < dim && patch->particles.b; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
+      if (round) Q[0] -= MPMRead(&s->V0[l]) * MPMRead(&b->tau[3][l]) / MPMRadius(s, l);
       MPMWriteRecords(dim, Q, r->Q[l][dim == 2 ? 1 : 0] + MPM_NODE_force, MPM_Q_RECORDS);
     }
   }
@@ -143,7 +152,7 @@ MPM_INLINE void MPMSumLines(int dim, const MPMParams *par, const MPMPatch *patch
    the row, those of t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
-  const int          forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b ? 2 : 1;
+  const int          forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b || patch->grid->round ? 2 : 1;
   const int          affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum    = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   const MPMTiles    *t      = &patch->tiles;
@@ -183,11 +192,11 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       if (forces) {
         MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS, &o, &s, &b);
         MPM_FOR_MATERIALS(m, first, next, par, o.lanes, s.kind)
-        if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+        if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[MPMLawForm(m, dim)](m, first, next, &b);
         if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSharePressure)(dim, par, patch, &o, &s, &b);
       }
       if (parts & MPM_P2G_VOLUME) MPM_LANES_NAME(MPMStageVolumes)(dim, par, patch, &o, &s, &r);
-      MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
+      MPMStageRecords(dim, parts, patch, &o, &s, &b, par->outward, &r);
       continues = cut;
       cut       = o.next >= 0 && cell[o.next] == cell[o.particle[o.n - 1]] ? PETSC_TRUE : PETSC_FALSE;
       if (parts & MPM_P2G_CORE) sum(&o, &s, &r, place, continues ? begun[0] : NULL, cut ? begun[0] : NULL);

@@ -21,6 +21,7 @@ typedef struct {
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
+  PetscReal              outward; /* of bodies of revolution: share of the strain rate in C, 0 without C */
   PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
   PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
   PetscReal              lock_share; /* of the mean of a box that particles take; the rest is their own */

@@ -14,7 +14,7 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
 
     for (PetscInt d = 0; d < dim; d++) x[d] = s->x[d][l];
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
-    if (has_F) J = MPMDet((int)dim, F);
+    if (has_F) J = MPMDet((int)dim, F) * (patch->grid->round ? b->F33[0][l] : 1);
     if (!(J > 0 && J < PETSC_MAX_REAL))
       MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim, x, J);
   }

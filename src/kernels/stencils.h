@@ -4,6 +4,7 @@
 #define MPM_STENCILS_H
 
 #include "kernels/blocks.h"
+#include "kernels/round.h"
 #include "kernels/tile_index.h"
 
 /* Sets mass, volume, half-widths and whether there is an F of particles first .. last-1 to those of kind k. */
@@ -65,6 +66,7 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
 /* Computes base nodes and weights of a block of particles; their positions were checked when they were committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt lanes, MPMStencils *s)
 {
+  const PetscBool round   = patch->grid->round && basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
   const MPMAxis axes[3] = {s->axis[0], s->axis[1], s->axis[2]}; /* a copy, which no write changes */
   MPMReal       least[3], most[3];                              /* of xi */
   PetscBool     wall = PETSC_FALSE;
@@ -76,13 +78,14 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
     MPM_UNROLL
     for (int d = dim - 1; d >= 0; d--) {
       const MPMAxis *axis = &axes[d];
-      const MPMReal  l    = MPMRead(&s->l[d][q]);
-      MPMReal        base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+      MPMReal        l    = MPMRead(&s->l[d][q]), base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
       MPMReal        xi = MPMDivide(MPMRead(&s->x[d][q]) - axis->lower, axis->h, axis->inverse);
 
       xi    = MPMMin(MPMAll(axis->cells), xi); /* the quotient may round up */
       base  = MPMBasisBases(basis, &axis->bases, l, &xi);
       index = d == dim - 1 ? base - axis->first : index * axis->n + (base - axis->first);
+      if (round && d == 0) /* no domain reaches beyond the axis */
+        l = MPMMin(l, MPMMax(xi + axis->lower * axis->inverse, MPMAll(MPM_ROUND_LEAST)));
       MPMBasisInside(basis, xi, l, base, w, g);
       MPMWrite(&s->at[d][q], xi - base);
       MPM_UNROLL
@@ -126,11 +129,24 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   o->end[o->ncells - 1] = o->n;
 }
 
+/* Returns the radii, m, of a vector of staged particles. */
+MPM_INLINE MPMReal MPMRadius(const MPMStencils *s, PetscInt l)
+{
+  return MPMMax(MPMRead(&s->x[0][l]), MPMAll(MPM_ROUND_LEAST * s->axis[0].h));
+}
+
+/* Sets row 4 of velocity gradients to v_r/r, 1/s, of a block's particles. */
+MPM_INLINE void MPMRoundGradient(const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent vr, MPMComponent *L)
+{
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) MPMWrite(&L[4][l], MPMRead(vr + l) / MPMRadius(s, l));
+}
+
 /* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
-   [dim-1][nodes per axis - 2][motion][stress]. nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
+   [dim-1][nodes per axis - 2][motion: 0 none, 1 v and a, 2 the first component of v, in 2-D][stress].
+   nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt n[],
                                      const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
-extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
+extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][3][2];
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 

@@ -77,13 +77,14 @@ MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt ro
   const PetscInt n     = span->last - span->first;
   const PetscInt lower = MPM_P2G_MASS | MPM_P2G_MOMENTUM, upper = MPM_P2G_FORCE;
   PetscReal     *sum = MPMLineOfRow(patch, 0, row) + MPM_NODE_NC * span->first;
-  PetscInt       which[MPM_NODE_NUMBERS], rest = parts & ~(lower | upper | MPM_P2G_WHOLE);
+  PetscInt       which[MPM_NODE_NUMBERS], rest = parts & ~(lower | upper | MPM_P2G_ROUND | MPM_P2G_WHOLE);
 
   span->fresh = PETSC_FALSE;
   if ((parts & lower) == lower && parts & upper)
     memset(sum, 0, (size_t)PetscMax(0, n) * MPM_NODE_NC * sizeof *sum);
   else if ((parts & lower) == lower)
-    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i, 0, (size_t)(1 + dim) * sizeof *sum);
+    for (PetscInt i = 0; i < n; i++)
+      memset(sum + MPM_NODE_NC * i, 0, (size_t)(parts & MPM_P2G_ROUND ? 4 : 1 + dim) * sizeof *sum);
   else if (!(parts & lower) && parts & upper)
     for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i + MPM_NODE_force, 0, (size_t)dim * sizeof *sum);
   else

@@ -43,7 +43,8 @@ enum {
   MPM_G2P_FBAR     = 4096,  /* with stress: one change of volume for the particles of a box, fbar.h */
   MPM_P2G_FBAR     = 8192,  /* with forces: one pressure for them */
   MPM_P2G_VOLUME   = 16384, /* alone: volumes and pressures of fluids, volume.h; with MPM_AFFINE: and its slope */
-  MPM_G2P_VOLUME   = 32768  /* alone: relaxes the volumes of fluids */
+  MPM_G2P_VOLUME   = 32768, /* alone: relaxes the volumes of fluids */
+  MPM_P2G_ROUND    = 65536  /* with mass: that of nodes along r, round.h */
 };
 
 /* The parts whose sums are in the first line of a node's record. */

@@ -245,7 +245,9 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                                                             const PetscInt n[], const PetscReal *nodes,                \
                                                             MPMComponent *value, MPMComponent *gradient)               \
   {                                                                                                                    \
-    MPMInterpolateBlock(dim, ns, motion ? 2 * dim : 0, stress, o, s, n, nodes, value, gradient);                       \
+    const int values = (motion) == 1 ? 2 * dim : (motion) == 2 ? 1 : 0;                                                \
+                                                                                                                       \
+    MPMInterpolateBlock(dim, ns, values, stress, o, s, n, nodes, value, gradient);                                     \
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \
@@ -257,7 +259,11 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
+#define MPM_DEFINE_ROUND(dim, ns) MPM_INTERPOLATE_BLOCK(dim, ns, 2, 1)
 MPM_FOR_ALL(MPM_DEFINE)
+MPM_DEFINE_ROUND(2, 2)
+MPM_DEFINE_ROUND(2, 3)
+MPM_DEFINE_ROUND(2, 4)
 MPM_FOR_ALL(MPM_SUM_LINE)
 
 #define MPM_SUM_ENTRY(dim, ns)                                                                                         \
@@ -270,4 +276,6 @@ MPM_FOR_ALL(MPM_SUM_LINE)
 #define MPM_LINE_ENTRY(dim, ns) [dim - 1][ns - 2] = SumLine_##dim##ns,
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][3][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumLine)[3][3]                = {MPM_FOR_ALL(MPM_LINE_ENTRY)};
-const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
+const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][3][2] = {
+    MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)[1][0][2][1] = InterpolateBlock_22_21, [1][1][2][1] = InterpolateBlock_23_21,
+    [1][2][2][1] = InterpolateBlock_24_21};

@@ -6,21 +6,51 @@
      <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt in s with the
                                       velocity gradient L [dim*dim] in 1/s; s->F is updated before the call
      <name>_energy(dim, m, s)         returns the stored energy per reference volume in J/m^3
-     <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2 */
+     <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2
+
+   These functions are made for each form: dim 1, 2, 3, and bodies of revolution. The latter have dim 2, the stretch
+   s->F33 around the axis and its rate s->L33 = v_r/r, of which J, be and the stress along zz depend: law functions take
+   J and b = F F^T from MPMParticleJ and MPMParticleB, and use L33 where s->round. */
 #ifndef MPM_LAW_H
 #define MPM_LAW_H
 
 #include "physics/material.h"
 
 /* The state of one particle or, where the file is compiled for lanes, of several. The tensors be and tau have all six
-   components in every dimension: xx xy xz yy yz zz. */
+   components in every dimension: xx xy xz yy yz zz. round: is it of a body of revolution? Else F33 is 1 and L33 is 0.
+   */
 typedef struct {
-  MPMReal F[9], J, be[6], ep, vc, theta, tau[6];
+  int     round;
+  MPMReal F[9], F33, L33, J, be[6], ep, vc, theta, tau[6];
 } MPMParticleState;
 
-/* Reads the particles of a block from p on, one for each lane; the compiler removes reads that the law does not use. */
-MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParticleState *s)
+/* Forms as the macros below name them: 1, 2, 3 dimensions, 4 for bodies of revolution. */
+#define MPM_FORM_DIM(form)   ((form) == MPM_LAW_FORMS ? 2 : (form))
+#define MPM_FORM_ROUND(form) ((form) == MPM_LAW_FORMS)
+
+/* Returns the volume ratio of a particle with F. */
+MPM_INLINE MPMReal MPMParticleJ(int dim, const MPMParticleState *s)
 {
+  const MPMReal J = MPMDet(dim, s->F);
+
+  return s->round ? J * s->F33 : J;
+}
+
+/* Computes b = F F^T of a particle with F. */
+MPM_INLINE void MPMParticleB(int dim, const MPMParticleState *s, MPMReal b[6])
+{
+  MPMLeftCauchyGreen(dim, s->F, b);
+  if (s->round) b[5] = s->F33 * s->F33;
+}
+
+/* Reads the particles of a block from p on, one for each lane; the compiler removes reads that the law does not use. */
+MPM_INLINE void MPMParticleLoad(int form, const MPMBlock *b, PetscInt p, MPMParticleState *s)
+{
+  const int dim = MPM_FORM_DIM(form);
+
+  s->round = MPM_FORM_ROUND(form);
+  s->F33   = s->round ? MPMRead(&b->F33[0][p]) : MPMAll(1);
+  s->L33   = MPMAll(0);
   for (int k = 0; k < dim * dim; k++) s->F[k] = MPMRead(&b->F[k][p]);
   for (int k = 0; k < 6; k++) {
     s->be[k]  = MPMAll(MPMSymUnit(3, k));
@@ -64,48 +94,55 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
    other particles are not written. */
 #define MPM_FOR_LANES(p, first, last) for (PetscInt p = (first) - (first) % MPM_WIDTH; p < (last); p += MPM_WIDTH)
 
-#define MPM_LAW_STRESS(law, dim)                                                                                       \
-  static void law##_stress_##dim(const MPMMaterial *m, PetscInt first, PetscInt last, MPMBlock *b)                     \
+#define MPM_LAW_STRESS(law, form)                                                                                      \
+  static void law##_stress_##form(const MPMMaterial *m, PetscInt first, PetscInt last, MPMBlock *b)                    \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
       MPMParticleState s;                                                                                              \
-      MPMParticleLoad(dim, b, p, &s);                                                                                  \
-      law##_stress(dim, m, &s, s.tau);                                                                                 \
-      MPMParticleStore(dim, MPM_BIT(tau), &s, b, p, first, last);                                                      \
+      MPMParticleLoad(form, b, p, &s);                                                                                 \
+      law##_stress(MPM_FORM_DIM(form), m, &s, s.tau);                                                                  \
+      MPMParticleStore(MPM_FORM_DIM(form), MPM_BIT(tau), &s, b, p, first, last);                                       \
     }                                                                                                                  \
   }
-#define MPM_LAW_UPDATE(law, dim, state)                                                                                \
-  static void law##_update_##dim(const MPMMaterial *m, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,   \
-                                 MPMBlock *b)                                                                          \
+#define MPM_LAW_UPDATE(law, form, state)                                                                               \
+  static void law##_update_##form(const MPMMaterial *m, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,  \
+                                  MPMBlock *b)                                                                         \
   {                                                                                                                    \
+    const int dim = MPM_FORM_DIM(form);                                                                                \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
       MPMParticleState s;                                                                                              \
       MPMReal          Lp[9];                                                                                          \
-      MPMParticleLoad(dim, b, p, &s);                                                                                  \
+      MPMParticleLoad(form, b, p, &s);                                                                                 \
       for (int k = 0; k < dim * dim; k++) Lp[k] = MPMRead(&L[k][p]);                                                   \
+      if (MPM_FORM_ROUND(form)) s.L33 = MPMRead(&L[dim * dim][p]);                                                     \
       law##_update(dim, m, dt, Lp, &s);                                                                                \
       MPMParticleStore(dim, state, &s, b, p, first, last);                                                             \
     }                                                                                                                  \
   }
-#define MPM_LAW_SCALAR(law, what, dim)                                                                                 \
-  static void law##_##what##_##dim(const MPMMaterial *m, PetscInt first, PetscInt last, const MPMBlock *b,             \
-                                   PetscReal out[])                                                                    \
+#define MPM_LAW_SCALAR(law, what, form)                                                                                \
+  static void law##_##what##_##form(const MPMMaterial *m, PetscInt first, PetscInt last, const MPMBlock *b,            \
+                                    PetscReal out[])                                                                   \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
       MPMParticleState s;                                                                                              \
-      MPMParticleLoad(dim, b, p, &s);                                                                                  \
-      MPMWritePart(out + p, law##_##what(dim, m, &s), first - p, last - p);                                            \
+      MPMParticleLoad(form, b, p, &s);                                                                                 \
+      MPMWritePart(out + p, law##_##what(MPM_FORM_DIM(form), m, &s), first - p, last - p);                             \
     }                                                                                                                  \
   }
 #define MPM_LAW_SCALARS(law, what)                                                                                     \
-  MPM_LAW_SCALAR(law, what, 1) MPM_LAW_SCALAR(law, what, 2) MPM_LAW_SCALAR(law, what, 3)
+  MPM_LAW_SCALAR(law, what, 1) MPM_LAW_SCALAR(law, what, 2) MPM_LAW_SCALAR(law, what, 3) MPM_LAW_SCALAR(law, what, 4)
+#define MPM_LAW_STRESSES(law)                                                                                          \
+  MPM_LAW_STRESS(law, 1) MPM_LAW_STRESS(law, 2) MPM_LAW_STRESS(law, 3) MPM_LAW_STRESS(law, 4)
+#define MPM_LAW_UPDATES(law, state)                                                                                    \
+  MPM_LAW_UPDATE(law, 1, state)                                                                                        \
+  MPM_LAW_UPDATE(law, 2, state) MPM_LAW_UPDATE(law, 3, state) MPM_LAW_UPDATE(law, 4, state)
 
-#define MPM_LAW_1_2_3(law, what)                                                                                       \
+#define MPM_LAW_ALL(law, what)                                                                                         \
   {                                                                                                                    \
-    law##_##what##_1, law##_##what##_2, law##_##what##_3                                                               \
+    law##_##what##_1, law##_##what##_2, law##_##what##_3, law##_##what##_4                                             \
   }
 
 /* The variants of a law for 8, 4 and 2 lanes, which the makefile compiles from the same file. */
@@ -124,49 +161,41 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
 /* Defines a law whose stress is a function of F. */
 #if MPM_WIDTH == 1
 #define MPM_MATERIAL_DEFINE(law)                                                                                       \
-  MPM_LAW_STRESS(law, 1)                                                                                               \
-  MPM_LAW_STRESS(law, 2)                                                                                               \
-  MPM_LAW_STRESS(law, 3)                                                                                               \
+  MPM_LAW_STRESSES(law)                                                                                                \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
-  const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_1_2_3(law, stress),                            \
-                                                      .energy = MPM_LAW_1_2_3(law, energy),                            \
-                                                      .speed2 = MPM_LAW_1_2_3(law, speed2),                            \
+  const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_ALL(law, stress),                              \
+                                                      .energy = MPM_LAW_ALL(law, energy),                              \
+                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
                                                       .lanes  = MPM_LAW_LANES(law)};
 #else
 #define MPM_MATERIAL_DEFINE(law)                                                                                       \
-  MPM_LAW_STRESS(law, 1)                                                                                               \
-  MPM_LAW_STRESS(law, 2)                                                                                               \
-  MPM_LAW_STRESS(law, 3)                                                                                               \
+  MPM_LAW_STRESSES(law)                                                                                                \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_1_2_3(law, stress),                   \
-                                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_ALL(law, stress),                     \
+                                                               .speed2 = MPM_LAW_ALL(law, speed2)};
 #endif
 
 /* Defines a law with history: `state` are the fields that a step changes, tau among them. `prepare` is its setup or
    NULL. */
 #if MPM_WIDTH == 1
 #define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
-  MPM_LAW_UPDATE(law, 1, state)                                                                                        \
-  MPM_LAW_UPDATE(law, 2, state)                                                                                        \
-  MPM_LAW_UPDATE(law, 3, state)                                                                                        \
+  MPM_LAW_UPDATES(law, state)                                                                                          \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
   const MPMMaterialLaw        MPMMaterialLaw_##law = {.setup  = (prepare),                                             \
-                                                      .update = MPM_LAW_1_2_3(law, update),                            \
-                                                      .energy = MPM_LAW_1_2_3(law, energy),                            \
-                                                      .speed2 = MPM_LAW_1_2_3(law, speed2),                            \
+                                                      .update = MPM_LAW_ALL(law, update),                              \
+                                                      .energy = MPM_LAW_ALL(law, energy),                              \
+                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
                                                       .lanes  = MPM_LAW_LANES(law)};
 #else
 #define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
-  MPM_LAW_UPDATE(law, 1, state)                                                                                        \
-  MPM_LAW_UPDATE(law, 2, state)                                                                                        \
-  MPM_LAW_UPDATE(law, 3, state)                                                                                        \
+  MPM_LAW_UPDATES(law, state)                                                                                          \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_1_2_3(law, update),                   \
-                                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_ALL(law, update),                     \
+                                                               .speed2 = MPM_LAW_ALL(law, speed2)};
 #endif
 
 #endif

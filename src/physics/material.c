@@ -28,7 +28,7 @@ const char *MPMMaterialSetUp(MPMMaterial *m)
 
 void MPMMaterialDropF(MPMMaterial *m)
 {
-  if (MPMListHas(m->type->state, "F|J")) m->state = (m->state & ~MPM_BIT(F)) | MPM_BIT(J);
+  if (MPMListHas(m->type->state, "F|J")) m->state = (m->state & ~(MPM_BIT(F) | MPM_BIT(F33))) | MPM_BIT(J);
 }
 
 PetscInt MPMMaterialAsked(const MPMMaterial *m)

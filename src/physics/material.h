@@ -21,7 +21,7 @@ enum {
 };
 
 /* The fields that laws read and write, as X(name, components in 3-D). */
-#define MPM_MATERIAL_FIELDS(X) X(F, 9) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(theta, 1) X(tau, 6)
+#define MPM_MATERIAL_FIELDS(X) X(F, 9) X(F33, 1) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(theta, 1) X(tau, 6)
 
 #define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
 #define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
@@ -40,21 +40,24 @@ typedef struct {
 
 typedef struct _MPMMaterial MPMMaterial;
 
-/* A material law: functions of particles first .. last-1 of a block, one for each dimension ([dim-1]). All J must be
-   positive. A law without history has stress and no update. */
+/* A material law: functions of particles first .. last-1 of a block, one for each form ([MPMLawForm]): a dimension, or
+   bodies of revolution, which have 2-D tensors and the stretch F33 around the axis. All J must be positive. A law
+   without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
+#define MPM_LAW_FORMS 4
 struct _MPMMaterialLaw {
   /* sets constants from the options; returns what is wrong, beginning with the name of an option, or NULL */
   const char *(*setup)(MPMMaterial *);
   /* computes the Kirchhoff stress b->tau = J sig in Pa */
-  void (*stress[3])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
-  /* computes the state after a step dt in s with velocity gradient L [dim*dim] in 1/s; b->F is updated before the
-     call */
-  void (*update[3])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last, MPMBlock *b);
+  void (*stress[MPM_LAW_FORMS])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
+  /* computes the state after a step dt in s with velocity gradient L [dim*dim] in 1/s, after which bodies of revolution
+     have v_r/r; b->F and b->F33 are updated before the call */
+  void (*update[MPM_LAW_FORMS])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,
+                                MPMBlock *b);
   /* computes the stored energy per reference volume W [last] in J/m^3 */
-  void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
+  void (*energy[MPM_LAW_FORMS])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
   /* computes an upper bound c2 [last] of the squared speed of waves in the deformed state in m^2/s^2 */
-  void (*speed2[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
+  void (*speed2[MPM_LAW_FORMS])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
   /* stress, update and speed2 for vectors of 8, 4, 2 particles, which the transfers call; NULL: they call those
      above */
   const MPMMaterialLaw *lanes[3];
@@ -73,6 +76,7 @@ struct _MPMMaterial {
   const MPMMaterialType *type;
   const MPMMaterialLaw  *asked;          /* the law that also sets the fields <name>? of its row; the set-up sets it */
   MPMMaterialType        own;            /* its type, where output asks for such a field: with that law */
+  PetscBool              round;          /* of bodies of revolution? */
   PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
@@ -93,6 +97,21 @@ struct _MPMMaterial {
 };
 
 extern const MPMMaterialType MPMMaterialTypes[]; /* the rows of material.def; the last entry has no name */
+
+/* Returns which form of the laws the particles of a material have. Not collective. */
+MPM_INLINE PetscInt MPMLawForm(const MPMMaterial *m, PetscInt dim)
+{
+  return m->round ? MPM_LAW_FORMS - 1 : dim - 1;
+}
+
+#if MPM_WIDTH == 1
+/* Returns the volume over that of the start of particle p of a view, from J or F of its material. Not collective. */
+MPM_INLINE PetscReal MPMVolumeRatio(const MPMMaterial *m, PetscInt dim, const MPMView *view, PetscInt p)
+{
+  if (!(m->state & MPM_BIT(F))) return view->J[p];
+  return MPMDet((int)dim, view->F + p * dim * dim) * (m->round ? view->F33[p] : 1);
+}
+#endif
 
 /* Sets Lame's constants from E and nu, the diffusivity from the viscosity, the law's own constants, and `state`. Returns what is wrong with the options, or
    NULL. Not collective. */

@@ -3,19 +3,21 @@
 #include "physics/law.h"
 
 /* Computes the strain e = sym(F) - I. */
-MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])
+MPM_INLINE void elastic_strain(int dim, const MPMParticleState *s, MPMReal e[6])
 {
   for (int k = 0; k < 6; k++) e[k] = MPMAll(0);
   for (int d = 0; d < dim; d++)
-    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1.0 : 0.0);
+    for (int f = d; f < dim; f++)
+      e[MPMSymIndex(d, f)] = 0.5 * (s->F[d * dim + f] + s->F[f * dim + d]) - (d == f ? 1.0 : 0.0);
+  if (s->round) e[5] = s->F33 - 1.0;
 }
 
 MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   MPMReal       e[6];
-  const MPMReal J = MPMDet(dim, s->F);
+  const MPMReal J = MPMParticleJ(dim, s);
 
-  elastic_strain(dim, s->F, e);
+  elastic_strain(dim, s, e);
   {
     const MPMReal p = m->lambda * (e[0] + e[3] + e[5]);
 
@@ -27,7 +29,7 @@ MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMPartic
 {
   MPMReal e[6], tr;
 
-  elastic_strain(dim, s->F, e);
+  elastic_strain(dim, s, e);
   tr = e[0] + e[3] + e[5];
   return 0.5 * m->lambda * tr * tr +
          m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2.0 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
@@ -48,7 +50,8 @@ MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPartic
     }
     smax = MPMMax(smax, MPMMax(row, column));
   }
-  return MPMDet(dim, s->F) * smax * (m->lambda + 2 * m->mu) / m->rho;
+  if (s->round) smax = MPMMax(smax, s->F33);
+  return MPMParticleJ(dim, s) * smax * (m->lambda + 2 * m->mu) / m->rho;
 }
 
 MPM_MATERIAL_DEFINE(elastic)

@@ -41,6 +41,7 @@ MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const 
   MPMReal         tr    = L[0], growth;
 
   for (int d = 1; d < dim; d++) tr += L[d * (dim + 1)];
+  if (s->round) tr += s->L33;
   growth = 1.0 + MPMMin(dt * tr, MPMAll(0.5));
   if (MPMAny(dt * tr < least))
     growth = MPMSelect(dt * tr < least, (1 + least) * (1 + least) / (1 + 2 * least - MPMMin(dt * tr, MPMAll(least))),
@@ -50,6 +51,7 @@ MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const 
   fluid_stress(dim, m, s, s->tau);
   for (int d = 0; d < dim; d++)
     for (int e = d; e < dim; e++) s->tau[MPMSymIndex(d, e)] += s->J * m->viscosity * (L[d * dim + e] + L[e * dim + d]);
+  if (s->round) s->tau[5] += s->J * m->viscosity * (s->L33 + s->L33);
   for (int k = 0; k < 6; k++)
     if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2.0 * m->viscosity / 3.0 * tr;
 }
@@ -90,24 +92,19 @@ MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMParticle
   return m->K / m->rho * (m->gamma > 0 ? MPMExp((1 - m->gamma) * MPMLog(J)) : s->J * s->J);
 }
 
-MPM_LAW_STRESS(fluid, 1)
-MPM_LAW_STRESS(fluid, 2)
-MPM_LAW_STRESS(fluid, 3)
-MPM_LAW_UPDATE(fluid, 1, m->state)
-MPM_LAW_UPDATE(fluid, 2, m->state)
-MPM_LAW_UPDATE(fluid, 3, m->state)
+MPM_LAW_STRESSES(fluid)
+MPM_LAW_UPDATES(fluid, m->state)
 MPM_LAW_SCALARS(fluid, speed2)
 #if MPM_WIDTH == 1
 MPM_LAW_SCALARS(fluid, energy)
 extern const MPMMaterialLaw MPMMaterialLaw_fluid_8, MPMMaterialLaw_fluid_4, MPMMaterialLaw_fluid_2;
 const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
-                                                    .stress = MPM_LAW_1_2_3(fluid, stress),
-                                                    .update = MPM_LAW_1_2_3(fluid, update),
-                                                    .energy = MPM_LAW_1_2_3(fluid, energy),
-                                                    .speed2 = MPM_LAW_1_2_3(fluid, speed2),
+                                                    .stress = MPM_LAW_ALL(fluid, stress),
+                                                    .update = MPM_LAW_ALL(fluid, update),
+                                                    .energy = MPM_LAW_ALL(fluid, energy),
+                                                    .speed2 = MPM_LAW_ALL(fluid, speed2),
                                                     .lanes  = MPM_LAW_LANES(fluid)};
 #else
-const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {.stress = MPM_LAW_1_2_3(fluid, stress),
-                                                             .update = MPM_LAW_1_2_3(fluid, update),
-                                                             .speed2 = MPM_LAW_1_2_3(fluid, speed2)};
+const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {
+    .stress = MPM_LAW_ALL(fluid, stress), .update = MPM_LAW_ALL(fluid, update), .speed2 = MPM_LAW_ALL(fluid, speed2)};
 #endif

@@ -22,7 +22,8 @@ MPM_INLINE void MPMHenckyTrial(int dim, const MPMMaterial *m, PetscReal dt, cons
   MPMReal  f[9], fb[9];
 
   for (int k = 0; k < dim * dim; k++) f[k] = (PetscReal)(k % (dim + 1) == 0) + dt * L[k];
-  if (m->state & MPM_BIT(J)) now->J *= MPMDet(dim, f);
+  if (m->state & MPM_BIT(J)) now->J *= now->round ? MPMDet(dim, f) * (1.0 + dt * now->L33) : MPMDet(dim, f);
+  if (now->round) be[5] *= (1.0 + dt * now->L33) * (1.0 + dt * now->L33);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {
       fb[d * dim + e] = f[d * dim] * be[MPMSymIndex(0, e)];

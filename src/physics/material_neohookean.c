@@ -6,9 +6,9 @@
 MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   MPMReal       b[6];
-  const MPMReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
+  const MPMReal p = m->lambda * MPMLog(MPMParticleJ(dim, s));
 
-  MPMLeftCauchyGreen(dim, s->F, b);
+  MPMParticleB(dim, s, b);
   tau[0] = p + m->mu * (b[0] - 1.0);
   tau[1] = m->mu * b[1];
   tau[2] = m->mu * b[2];
@@ -20,9 +20,9 @@ MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPartic
 MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal       b[6];
-  const MPMReal lnJ = MPMLog(MPMDet(dim, s->F));
+  const MPMReal lnJ = MPMLog(MPMParticleJ(dim, s));
 
-  MPMLeftCauchyGreen(dim, s->F, b);
+  MPMParticleB(dim, s, b);
   return 0.5 * m->mu * ((b[0] - 1.0) + (b[3] - 1.0) + (b[5] - 1.0) - 2.0 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
 }
 
@@ -30,15 +30,16 @@ MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPar
    logarithm, by 1 - 1/J <= ln J <= J - 1, and takes the largest row sum of b (Gershgorin); it is exact at F = I. */
 MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  const MPMReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
+  const MPMReal J = MPMParticleJ(dim, s), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
   MPMReal       b[6], bmax                        = MPMAll(0);
 
-  MPMLeftCauchyGreen(dim, s->F, b);
+  MPMParticleB(dim, s, b);
   for (int d = 0; d < dim; d++) {
     MPMReal row = MPMAll(0);
     for (int e = 0; e < dim; e++) row += MPMAbs(b[MPMSymIndex(d, e)]);
     bmax = MPMMax(bmax, row);
   }
+  if (s->round) bmax = MPMMax(bmax, b[5]);
   return MPMDivide(m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric), m->rho, 1 / m->rho);
 }
 

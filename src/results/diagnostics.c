@@ -22,7 +22,7 @@ static PetscReal Jacobian(const MPMShown *s, const MPMView *v, PetscInt p)
 {
   const PetscInt dim = s->core->grid.dim;
 
-  return MaterialOf(s, v, p)->state & MPM_BIT(F) ? MPMDet((int)dim, v->F + p * dim * dim) : v->J[p];
+  return MPMVolumeRatio(MaterialOf(s, v, p), dim, v, p);
 }
 
 static void Fill_id(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
@@ -41,17 +41,19 @@ static void Fill_v(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal ro
   for (PetscInt d = 0; d < 3; d++) row[d] = d < s->core->grid.dim ? v->v[p * s->core->grid.dim + d] : 0;
 }
 
-/* Materials without F have J; then F is shown as J^(1/dim) I, which has the same volume. */
+/* Materials without F have J; then F is shown as J^(1/dim) I, which has the same volume. Bodies of revolution deform
+   along all axes. */
 static void Fill_F(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
-  const PetscInt dim = s->core->grid.dim;
+  const PetscInt dim = s->core->grid.dim, axes = s->core->grid.round ? 3 : dim;
 
   if (!(MaterialOf(s, v, p)->state & MPM_BIT(F))) {
-    for (PetscInt k = 0; k < 9; k++) row[k] = k % 4 ? 0 : k / 4 < dim ? PetscPowReal(v->J[p], 1 / (PetscReal)dim) : 1;
+    for (PetscInt k = 0; k < 9; k++) row[k] = k % 4 ? 0 : k / 4 < axes ? PetscPowReal(v->J[p], 1 / (PetscReal)axes) : 1;
     return;
   }
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
+  if (s->core->grid.round) row[8] = v->F33[p];
 }
 
 /* The stress that is shown is the Cauchy stress, sig = tau/J, Pa. */
@@ -62,7 +64,7 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   MPMBlock           b;
 
   MPMMaterialState(dim, v, p, &b);
-  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[MPMLawForm(m, dim)](m, 0, 1, &b);
   for (PetscInt k = 0; k < 9; k++) row[k] = 0;
   for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) {
     const PetscInt to = MPMShownStress(dim, k);
@@ -152,8 +154,8 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
   }
 }
 
-/* m x x v about the origin, and with APIC that of the affine velocity: C moves the mass around the particle, whose
-   moment of inertia on axis e is m inertia_e. */
+/* Bodies of revolution do not turn. Else it is m x x v about the origin, and with APIC that of the affine velocity: C
+   moves the mass around the particle, whose moment of inertia on axis e is m inertia_e. */
 static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt  dim  = s->core->grid.dim;
@@ -170,6 +172,7 @@ static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt 
     const PetscInt d = (k + 1) % 3, e = (k + 2) % 3;
 
     row[k] = m * (x[d] * u[e] - x[e] * u[d] + inertia[d] * C[e][d] - inertia[e] * C[d][e]);
+    if (s->core->grid.round) row[k] = 0;
   }
 }
 
@@ -181,7 +184,7 @@ static void Fill_strain_energy(const MPMShown *s, const MPMView *v, PetscInt p, 
   MPMBlock           b;
 
   MPMMaterialState(dim, v, p, &b);
-  m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
+  m->type->law->energy[MPMLawForm(m, dim)](m, 0, 1, &b, &W);
   row[0] = KindOf(s, v, p)->V0 * W;
 }
 

@@ -215,7 +215,7 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
     (void)snprintf(core->stop, sizeof core->stop,
                    "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
                    (double)(residual / base), (double)base, (double)mon->check_energy);
-  for (PetscInt d = 0; d < core->grid.dim; d++) {
+  for (PetscInt d = core->grid.round ? 1 : 0; d < core->grid.dim; d++) { /* along r momentum is not kept */
     const PetscReal mass_time = now->sum[MPM_SHOWS_mass][0] * core->kicked + now->sum[MPM_SHOWS_lost_mass_time][0];
     const PetscReal change    = MPMShownEver(now, MPM_SHOWS_momentum, d) - start->sum[MPM_SHOWS_momentum][d] -
                              mass_time * core->params.gravity[d];

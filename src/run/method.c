@@ -43,6 +43,7 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
     MPMOptionsFail(o, "-method_damping_viscosity is for -method_transfer flip: what aflip loses is no viscosity; use "
                       "-method_damping_rate");
   if (!affine || transfer->flip >= 0) core->params.strain = 1;
+  core->params.outward = affine ? core->params.strain : 0;
   if (transfer->flip >= 0) {
     const struct {
       const char *name;
@@ -226,6 +227,9 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
     if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
                      mpm->scene.materials[k].name, mpm->scene.materials[k].type->name);
+  if (core->grid.round && !strcmp(wall, "steffen"))
+    MPMOptionsFail(o,
+                   "-method_wall_basis steffen does not apply: at the axis of -geometry axisymmetric its strain is 0");
   for (PetscInt d = 0; d < core->grid.dim; d++)
     core->grid.wall_basis[d] = core->grid.periodic[d]     ? MPM_WALL_BASIS_NONE
                                : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN

@@ -140,7 +140,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
-  core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
+  core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));

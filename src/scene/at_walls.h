@@ -11,4 +11,11 @@ void MPMAtWallsMove(const MPMScene *, const MPMCore *, const MPMBody *, PetscRea
 /* Returns whether particles of body b, which flows, would start exactly on a wall of axis d, so that they are moved. */
 PetscBool MPMAtWallsLie(const MPMScene *, const MPMCore *, const MPMBody *, PetscInt d);
 
+/* Sets the kinds of a body of revolution, whose particles have more mass the further they are from the axis: for each
+   column of its lattice, by what they are beside, for which the scene has room; any: also by walls. The second function
+   returns the kind of the particle with lattice place X [dim], m. */
+#define MPM_AT_WALLS_COLUMN 9 /* no wall or one of two on each axis */
+PetscErrorCode MPMAtWallsColumns(MPMScene *, const MPMCore *, MPMBody *, PetscBool any);
+PetscInt       MPMAtWallsKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
+
 #endif

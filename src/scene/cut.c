@@ -33,12 +33,13 @@ struct _MPMCutMemo {
   Outer outer[MEMO];
 };
 
-PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
+PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
   char      rim[MPM_NAME_LEN];
   PetscBool given;
 
   PetscFunctionBeginUser;
+  if (core->grid.round || !scene->nfilled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
   PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));

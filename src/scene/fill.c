@@ -113,6 +113,7 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
                          ? "; if its file is in mm, give -body_%s_scale 0.001"
                          : "; -body_%s_scale and -body_%s_shift change its size and place",
                      b->name, b->name);
+    if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
@@ -210,6 +211,8 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
 {
   const PetscInt dim    = core->grid.dim;
   PetscReal      places = 0;
+  size_t         columns = 0; /* of bodies of revolution */
+  PetscBool      given;
   PetscMPIInt    size;
 
   PetscFunctionBeginUser;
@@ -230,12 +233,19 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsShare(o, core->comm)); /* machines may differ in what fits into their memory */
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Count(scene, core));
-  PetscCall(MPMKindsRoom(scene, scene->nbodies));
+  for (PetscInt k = 0; k < scene->nfilled && core->grid.round; k++) {
+    const MPMLattice w = MPMLatticeBegin(&scene->bodies[k], dim);
+
+    columns += (size_t)(w.last[0] - w.first[0] + 1);
+  }
+  PetscCall(MPMKindsRoom(scene, scene->nbodies + MPM_AT_WALLS_COLUMN * (PetscInt)columns));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) RefuseEmpty(o, &core->grid, b);
-    FindKind(scene, o, dim, b);
+    if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given));
+    if (!core->grid.round) FindKind(scene, o, dim, b);
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
@@ -337,7 +347,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
 
   PetscFunctionBeginUser;
   PetscCall(StartPlace(scene, core, b, X, x, l));
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, b->round ? x : X, NULL, 0, v));
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (view->name)                                                                                                      \
     for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
@@ -347,8 +357,9 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
+  if (b->round && b->velocity && core->needs.affine) PetscCall(MPMSceneStartAffine(core, b, x, view->C + p * dim * dim));
   view->id[p] = id;
-  if (view->kind) view->kind[p] = MPMCutKind(b, dim, parts);
+  if (view->kind) view->kind[p] = b->columns ? MPMAtWallsKind(scene, core, b, place) : MPMCutKind(b, dim, parts);
   if (view->depth) MPMRimDepth(scene, b, dim, place, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
   if (core->needs.rim && !b->points) {

@@ -9,8 +9,8 @@
 /* Places a row, and rows an axis, by which the volume of a shape is found; by the dimension less one. */
 static const PetscInt rows[] = {1, 256, 64}, places[] = {65536, 1024, 64};
 
-/* Returns the volume of the shape of a body, m^dim, as the share of places of a fine lattice in its bounds that are
-   inside: right to some per cent of a body that takes up a hundredth of its bounds. */
+/* Returns the volume of the shape of a body, m^dim, of a body of revolution its area, as the share of places of a fine
+   lattice in its bounds that are inside: right to some per cent of a body that takes up a hundredth of its bounds. */
 PetscReal MPMFitVolume(const MPMBody *b, PetscInt dim)
 {
   const PetscInt n = rows[dim - 1], end = places[dim - 1], last = dim - 1;
@@ -19,6 +19,7 @@ PetscReal MPMFitVolume(const MPMBody *b, PetscInt dim)
   MPMRow         row;
 
   MPMRegionBounds(&b->region, dim, lower, upper);
+  if (b->round) lower[0] = PetscMax(0, lower[0]);
   for (PetscInt d = 0; d < dim; d++) volume *= upper[d] - lower[d];
   if (!(volume > 0)) return 0;
   for (PetscInt d = 0; d < last; d++) all *= n;

@@ -111,16 +111,17 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
 static void Deformation(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, PetscReal F[],
                         PetscReal cofactor[])
 {
-  const PetscReal J = m->state & MPM_BIT(J) ? view->J[p] : 1;
+  const PetscReal J = m->state & MPM_BIT(J) ? view->J[p] : 1, axes = m->round ? 3 : (PetscReal)dim;
 
   if (m->state & MPM_BIT(F)) {
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
     MPMCofactor((int)dim, F, cofactor);
+    for (PetscInt k = 0; k < dim * dim && m->round; k++) cofactor[k] *= view->F33[p];
     return;
   }
   for (PetscInt k = 0; k < dim * dim; k++) { /* a material without F has J^(1/dim) I */
-    F[k]        = k % (dim + 1) ? 0 : PetscPowReal(J, 1 / (PetscReal)dim);
-    cofactor[k] = k % (dim + 1) ? 0 : PetscPowReal(J, 1 - 1 / (PetscReal)dim);
+    F[k]        = k % (dim + 1) ? 0 : PetscPowReal(J, 1 / axes);
+    cofactor[k] = k % (dim + 1) ? 0 : PetscPowReal(J, 1 - 1 / axes);
   }
 }
 
@@ -148,7 +149,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   const PetscInt     dim = core->grid.dim, *depth = view->depth ? view->depth + 2 * dim * p : NULL;
   const MPMBody     *body = &scene->bodies[load->body];
   const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind];
-  const PetscReal    whole = scene->kinds[body->kind].V0;
+  const PetscReal    whole = body->round ? kind->V0 : scene->kinds[body->kind].V0;
   const MPMMaterial *m    = &scene->materials[body->material];
   const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
   PetscReal          F[9], cofactor[9];
@@ -167,6 +168,8 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
     w     = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
     if (thin ? layer != 0 : !(w > 0)) continue;
     if (thin) w = 0, fall = 1;
+    if (body->round && axis == 0) /* the surface outside of a particle is longer than its own circle, or shorter */
+      fall += sign * (thin ? 0.5 : w) * body->b[axis] / view->X[p * dim];
     Deformation(dim, m, view, p, F, cofactor);
     for (PetscInt d = 0; d < dim; d++) {
       x[d] = view->x[p * dim + d] + F[d * dim + axis] * away;
@@ -225,8 +228,8 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(depth) |
-                          MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) |
+                          MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
   MPMView       view;
   MPMVolumeLoad volume[MPM_MOST_LOADS];
 

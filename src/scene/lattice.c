@@ -35,6 +35,10 @@ MPMLattice MPMLatticeBegin(const MPMBody *b, PetscInt dim)
     w.first[d] = (PetscInt64)PetscFloorReal((lower[d] - b->offset[d]) / b->b[d] - 0.5);
     w.last[d]  = (PetscInt64)PetscCeilReal((upper[d] - b->offset[d]) / b->b[d] - 0.5);
   }
+  if (b->round) { /* what is left of the axis is the mirror image of the body */
+    w.first[0] = PetscMax(w.first[0], (PetscInt64)PetscCeilReal(-b->offset[0] / b->b[0] - 0.5));
+    w.last[0]  = PetscMax(w.first[0], w.last[0]);
+  }
   w.end = MPMLatticeRow(&w, w.last) + 1;
   GoToRow(&w, 0);
   return w;

@@ -20,13 +20,22 @@ static const struct {
 static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt number, MPMOptions o)
 {
   const char *name               = MPMFaceNames[number];
+  const PetscBool axis = number == 0 && core->grid.round && core->grid.lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
   MPMFace    *face               = &scene->walls.given[number / 2][number % 2];
   char        type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
   const char *taken;
   PetscInt    row;
+  PetscBool       set;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "bc_<f>_type", name, type, NULL));
+  PetscCall(MPMOptionsEnum(o, "bc_<f>_type", name, type, &set));
+  if (axis && !set) (void)snprintf(type, sizeof type, "slip"); /* the axis of bodies of revolution holds v_r = 0 */
+  if (axis && strcmp(type, "slip"))
+    MPMOptionsFail(
+        o,
+        "-bc_xmin_type %s does not apply: with -geometry axisymmetric the face at x = 0 is the axis, which is "
+        "of type slip",
+        type);
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames, &row));
   face->type = (MPMWall)row;

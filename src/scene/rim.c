@@ -17,6 +17,7 @@ static PetscBool Inside(const MPMBody *b, PetscInt dim, const PetscReal x[], Pet
   PetscReal y[3] = {0};
 
   for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? by : -by) : 0);
+  if (b->round) y[0] = PetscAbsReal(y[0]); /* beyond the axis is the mirror image */
   return MPMRegionInside(&b->region, dim, y);
 }
 
@@ -146,6 +147,7 @@ void MPMRimDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const Pe
     layers = out - 1 + Run(b, dim, x, k ^ 1, most);
     for (PetscInt d = 0; d < dim; d++)
       top[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? out - 1 : 1 - out) * b->b[d] : 0);
+    if (b->round && top[0] < 0) continue; /* the surface beyond the axis is that of the other side */
     for (PetscInt e = 0; e < 2 * dim; e++) sides |= (PetscInt)(Run(b, dim, top, e, 2) == 1) << e;
     depth[k] = MPMSkinPack(out - 1, layers, sides, Area(b, dim, top, k, layers, most));
   }

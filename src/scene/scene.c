@@ -45,6 +45,12 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   if (by_cells && by_h) MPMOptionsFail(o, "-grid_cells and -grid_h exclude each other");
   if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
   for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
+  if (grid->round && grid->lower[0] < 0)
+    MPMOptionsFail(
+        o,
+        "-grid_lower %g: with -geometry axisymmetric x is the radius; the grid begins at x = 0, the axis, or "
+        "further out",
+        (double)grid->lower[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,7 +94,7 @@ static PetscErrorCode RefuseIdle(MPMOptions o, const MPMMaterial *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
+static PetscErrorCode ReadMaterial(const MPMCore *core, MPMOptions o, MPMMaterial *m)
 {
   const struct {
     const char *word, *row;
@@ -136,7 +142,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->type->traits & MPM_FLUID) m->tension = 0;
   taken = m->type->parameters;
-  if (MPMListHas(taken, "relaxation") && !given)
+  if (MPMListHas(taken, "relaxation") && !given && !core->grid.round)
     m->relaxation = m->type->traits & MPM_FLUID ? 1 : 0.25; /* more slows down sand on coarse grids */
   PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {
@@ -155,7 +161,9 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   if (m->tension > PETSC_MAX_REAL) m->tension = -1;
   PetscCall(RefuseIdle(o, m));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  wrong = MPMMaterialSetUp(m);
+  wrong    = MPMMaterialSetUp(m);
+  m->round = core->grid.round;
+  if (m->round && m->state & MPM_BIT(F)) m->state |= MPM_BIT(F33);
   if (wrong) MPMOptionsFail(o, "-material_%s_%s", m->name, wrong);
   if (!((m->K / m->rho) < PETSC_MAX_REAL))
     MPMOptionsFail(o, "-material_%s_K %g over its density is not finite", m->name, (double)m->K);
@@ -173,6 +181,7 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
+  b->round = core->grid.round;
   PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
   PetscCall(MPMSceneReadRigid(core, o, b));
   if (b->rigid != MPM_RIGID_NONE) PetscFunctionReturn(PETSC_SUCCESS);
@@ -315,13 +324,14 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsString(o, "scene_title", NULL, scene->title, NULL));
   PetscCall(MPMOptionsBool(o, "dry_run", NULL, &scene->dry_run));
   PetscCall(MPMOptionsEnum(o, "geometry", NULL, geometry, &set));
-  if (set && !strcmp(geometry, "plane_strain") && core->grid.dim != 2)
-    MPMOptionsFail(o, "-geometry plane_strain needs -dim 2, not %" PetscInt_FMT, core->grid.dim);
+  if (set && strcmp(geometry, "cartesian") && core->grid.dim != 2)
+    MPMOptionsFail(o, "-geometry %s needs -dim 2, not %" PetscInt_FMT, geometry, core->grid.dim);
+  core->grid.round = set && !strcmp(geometry, "axisymmetric") ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MPMOptionsReals(o, "gravity", NULL, core->params.gravity, NULL));
   PetscCall(ReadGrid(core, o));
-  for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(o, &scene->materials[k]));
+  for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(core, o, &scene->materials[k]));
   PetscCall(ReadBodies(scene, core, o));
-  if (scene->nfilled) PetscCall(MPMCutSetFromOptions(scene, o));
+  PetscCall(MPMCutSetFromOptions(scene, core, o));
   for (PetscInt m = 0; m < scene->nmaterials; m++) {
     PetscBool used = PETSC_FALSE;
 
@@ -337,6 +347,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
+  if (!MPMOptionsError(o) && core->grid.round) PetscCall(MPMSceneCheckRound(scene, core, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -347,6 +358,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
+    PetscCall(PetscFree(scene->bodies[k].columns));
   }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));

@@ -40,6 +40,9 @@ typedef struct {
   MPMCutMemo   *memo;  /* of places that its surface cuts; NULL: its particles have whole places */
   PetscInt     *cut;   /* kinds of its particles by the parts of a place that they have; see cut.c */
   PetscInt64    parts; /* of all of its particles */
+  PetscBool     round;                  /* is it a body of revolution? */
+  PetscInt64    column;                 /* of these: the first column of its lattice, */
+  PetscInt     *columns, ncolumns;      /* and kinds [ncolumns][9] by column and walls, or NULL; see at_walls.c */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
@@ -110,6 +113,12 @@ typedef struct {
    core->comm. The second function frees the scene; not collective. */
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
+
+/* Bodies of revolution (read_round.c): refuse what they do not have, after everything else of the scene is read; set the
+   affine velocity C [dim*dim], 1/s, with which a particle at x [dim], m, of a body with a velocity starts. Not
+   collective. */
+PetscErrorCode MPMSceneCheckRound(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneStartAffine(const MPMCore *, const MPMBody *, const PetscReal x[], PetscReal C[]);
 
 /* --- Walls (read_walls.c, move_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 

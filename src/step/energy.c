@@ -156,7 +156,7 @@ static void Stress(PetscInt dim, const MPMMaterial *m, const MPMView *view, Pets
   MPMBlock b;
 
   MPMMaterialState(dim, view, p, &b);
-  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[MPMLawForm(m, dim)](m, 0, 1, &b);
   for (int k = 0; k < 6; k++) tau[k] = 0;
   for (int k = 0; k < MPM_SYM_NC(dim); k++) tau[MPMSymPlace((int)dim, k)] = b.tau[k][0];
 }
@@ -178,7 +178,7 @@ static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view,
 
   MPMMaterialState(dim, view, p, &b);
   if (theta) b.theta[0][0] = *theta;
-  m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
+  m->type->law->energy[MPMLawForm(m, dim)](m, 0, 1, &b, &W);
   return W;
 }
 
@@ -193,6 +193,7 @@ static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
     if (!MPMEnergyLost(m)) continue;
     for (PetscInt k = 0; k < dim * dim; k++) to[k] = view->F[p * dim * dim + k];
+    if (m->round) to[8] = view->F33[p]; /* dim is 2 */
     Stress(dim, m, view, p, to + 9);
     if (e->nheat) {
       e->stored[2 * p]     = Stored(dim, m, view, p, NULL);
@@ -203,7 +204,8 @@ static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
 /* Returns the work of the stress per reference volume in a step, J/m^3: the mean of tau : (f - I) before and of
    tau : (I - f^-1) after, where f = F F_before^-1 leads from the one state to the other. */
-static PetscReal WorkOfStress(int dim, const PetscReal *was, const PetscReal *F, const PetscReal tau[])
+static PetscReal WorkOfStress(int dim, const PetscReal *was, const PetscReal *F, const PetscReal *F33,
+                              const PetscReal tau[])
 {
   PetscReal cofactor[9], f[9], back[9], J, work = 0;
 
@@ -222,6 +224,7 @@ static PetscReal WorkOfStress(int dim, const PetscReal *was, const PetscReal *F,
     for (int e = 0; e < dim; e++)
       work += 0.5 * (was[9 + MPMSymIndex(d, e)] * (f[d * dim + e] - (d == e)) +
                      tau[MPMSymIndex(d, e)] * ((d == e) - back[d * dim + e]));
+  if (F33) work += 0.5 * (was[14] * (*F33 / was[8] - 1) + tau[5] * (1 - was[8] / *F33)); /* zz, around the axis */
   return work;
 }
 
@@ -255,7 +258,8 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     if (!viscous && !MPMEnergyLost(m)) continue;
     Stress(dim, m, view, p, tau);
     work = V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
-                         : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau));
+                         : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim,
+                                        m->round ? view->F33 + p : NULL, tau));
     if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
     if (e->nheat && viscous) AddHeat(view, p, work, e);
     if (e->nheat && !viscous && m->type->law->update[dim - 1]) /* what became heat in the step is no stored energy */
@@ -302,21 +306,21 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
   return PETSC_FALSE;
 }
 
-/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim], which is that of the particles'
-   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall or contact held the
-   node. Their part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
-static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[],
+/* Adds, times `share`, the work of the acceleration of node n, number i on x, along the velocity u [dim], which is that
+   of the particles' momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall or
+   contact held the node. Their part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
+static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const PetscReal a[], const PetscReal u[],
                     const PetscReal s[], PetscReal share, PetscBool moving, PetscReal held, MPMEnergy *e)
 {
   const MPMParams *par = &core->params;
   PetscReal        all = 0, gravity = 0, wall = 0;
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal impulse = share * par->kick * n->m;
+    const PetscReal impulse = share * par->kick * MPMNodeMass(&core->grid, n, i, d);
 
     all += impulse * a[d] * u[d];
     gravity += impulse * par->gravity[d] * s[d];
-    wall += impulse * MPMEnergyWall(par, n, d, a[d], u[d], s[d]);
+    wall += impulse * MPMEnergyWall(core, n, i, d, a[d], u[d], s[d]);
   }
   MPMSumAdd(&e->sum[MPM_ENERGY_advance], all + held);
   MPMSumAdd(&e->sum[MPM_ENERGY_gravity], gravity);
@@ -350,7 +354,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal before = motion[d] - par->kick * a[d];
 
-    if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
+    if (moving) held += (1 - par->flip) * (MPMNodeMass(&core->grid, n, ijk[0], d) * before - n->p[d]) * before;
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
     s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
@@ -358,7 +362,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     for (PetscInt d = 0; d < dim; d++) along += push[d] * (motion[d] - s[d]);
     for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
   }
-  AddNode(core, n, a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
+  AddNode(core, n, ijk[0], a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
 }
 
 /* Adds the other half of it, along the velocity of the second mapping of musl. */
@@ -369,8 +373,9 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const
   PetscReal       u[3], push[3];
   const PetscBool pushed = Pushed(core, ijk, push);
 
-  for (PetscInt d = 0; d < dim; d++) u[d] = pushed || MPMNodeStopped(met, d) ? n->p[d] / n->m : motion[d];
-  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
+  for (PetscInt d = 0; d < dim; d++)
+    u[d] = pushed || MPMNodeStopped(met, d) ? n->p[d] / MPMNodeMass(&core->grid, n, ijk[0], d) : motion[d];
+  AddNode(core, n, ijk[0], motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 
 PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)

@@ -1,6 +1,7 @@
 /* nodes.c - the kernels of node updates. In a step they follow a transfer to the nodes: they turn the sums of nodes
    into their motion, velocity v [dim], m/s, and acceleration a [dim], m/s^2. Equation numbers are those of
    docs/method.md. */
+#include "kernels/round.h"
 #include "physics/wall.h"
 #include "step/scheme.h"
 
@@ -22,9 +23,16 @@ MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, Pe
   return walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE; /* those of other copies too */
 }
 
+/* Returns the mass of node n, number i on x, along axis d; round: of bodies of revolution. */
+MPM_INLINE PetscReal Mass(int round, const MPMGrid *grid, const MPMNode *n, PetscInt i, int d)
+{
+  return round ? MPMNodeMass(grid, n, i, d) : n->m;
+}
+
 /* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a
    particle exactly on a grid line reads a node without mass: its weight there is 0, but its gradient is not. */
-MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Divide(int dim, int round, const MPMFace (*faces)[2], const MPMGrid *grid, const MPMNodes *r,
+                       PetscBool walled)
 {
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
@@ -33,46 +41,50 @@ MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, 
     const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
 
-    for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
+    for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) : 0;
     if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
 /* Sets the velocity that output and velocity gradients use. */
-MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Velocity(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled)
 {
-  Divide(dim, par->walls->gradient, grid, r, walled);
+  Divide(dim, round, par->walls->gradient, grid, r, walled);
 }
 
 /* Does the same for the residual velocity of xpic. */
-MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Residual(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled)
 {
-  Divide(dim, par->walls->residual, grid, r, walled);
+  Divide(dim, round, par->walls->residual, grid, r, walled);
 }
 
-/* Sets the mean of what the particles have in field r, on which no wall acts. */
-MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+/* Sets the mean of what the particles have in field r, on which no wall acts, and which is no vector. */
+MPM_INLINE void Mean(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   static const MPMFace none[3][2];
 
   (void)par;
-  Divide(dim, none, grid, r, walled);
+  (void)round;
+  Divide(dim, 0, none, grid, r, walled);
 }
 
 /* Sets a = f/m + g, eqs. (5) and (13), and v <- v + kick a, eq. (6), and applies walls, which also set a. */
-MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                        PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->given;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
-  Divide(dim, par->walls->before, grid, r, walled);
+  Divide(dim, round, par->walls->before, grid, r, walled);
   for (PetscInt i = r->first; i < r->last; i++) {
     const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
 
     for (int d = 0; d < dim; d++) {
-      a[d]      = n->m > 0 ? n->f[d] / n->m + par->gravity[d] : 0;
+      a[d]      = n->m > 0 ? n->f[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->gravity[d] : 0;
       before[d] = v[d];
       v[d]      = v[d] + par->kick * a[d];
     }
@@ -85,7 +97,8 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
 /* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to the
    solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
    nodes that met them in the advance. */
-MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                        PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->gradient;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
@@ -96,7 +109,8 @@ MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, cons
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
 
     for (int d = 0; d < dim; d++)
-      if (n->m > 0 && !MPMNodeMet(r->value.met[i], d)) v[d] += n->p[d] / n->m + par->kick * a[d];
+      if (n->m > 0 && !MPMNodeMet(r->value.met[i], d))
+        v[d] += n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->kick * a[d];
     if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
@@ -104,7 +118,8 @@ MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, cons
 /* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that of
    the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the wall
    only the velocities into it would be removed, and that would drive the oscillation. */
-MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                              PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->again;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
@@ -116,7 +131,7 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
 
     for (int d = 0; d < dim; d++) {
       kept[d] = v[d];
-      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
+      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) : 0;
     }
     if (!Walled(r, walled, lo, hi, i, ijk)) continue;
     (void)MPMWallsApply(faces, grid, ijk, 0, v);
@@ -125,15 +140,20 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
   }
 }
 
-/* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
+/* The kernels that scheme.h declares; dim and round are constants in each call. */
 #define NODE_KERNEL(what)                                                                                              \
   void MPMNodes##what(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
   {                                                                                                                    \
     const PetscBool walled = RowWalled(par, patch->grid, r);                                                           \
                                                                                                                        \
-    if (patch->grid->dim == 1) what(1, par, patch->grid, r, walled);                                                   \
-    if (patch->grid->dim == 2) what(2, par, patch->grid, r, walled);                                                   \
-    if (patch->grid->dim == 3) what(3, par, patch->grid, r, walled);                                                   \
+    if (patch->grid->round)                                                                                            \
+      what(2, 1, par, patch->grid, r, walled);                                                                         \
+    else if (patch->grid->dim == 2)                                                                                    \
+      what(2, 0, par, patch->grid, r, walled);                                                                         \
+    else if (patch->grid->dim == 1)                                                                                    \
+      what(1, 0, par, patch->grid, r, walled);                                                                         \
+    else                                                                                                               \
+      what(3, 0, par, patch->grid, r, walled);                                                                         \
   }
 NODE_KERNEL(Velocity)
 NODE_KERNEL(VelocityAgain)

@@ -6,7 +6,7 @@
 #define B(field)   MPM_BIT(field)
 #define WHERE      (B(x) | B(cell) | B(kind) | B(l))           /* what a stencil depends on */
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
-#define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
+#define STRESS     (B(F) | B(F33) | B(J) | B(tau))             /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
 #define SAND       (B(vc) | B(tau))        /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))          /* F: only for gimp domains that stretch */
@@ -172,13 +172,14 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
     if ((phase->parts & MPM_G2P_MOTION) && transfer->rounds != MPM_FILTER) phase->particles_in &= ~B(r);
+    if ((phase->parts & MPM_P2G_MASS) && core->grid.round) phase->parts |= MPM_P2G_ROUND;
     if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
     for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++)
       if (g->home == MPM_IS_SUM && phase->kind == MPM_PARTICLES_TO_NODES && phase->parts & g->part)
         phase->particles_in |= g->reads;
     if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
       phase->parts |= MPM_P2G_FBAR;
-      phase->particles_in |= B(F) | B(J);
+      phase->particles_in |= B(F) | B(F33) | B(J);
     }
     if (k == P2G_VOLUME || k == VOLUME || k == G2P_VOLUME) FitVolumes(core, phase);
     if (core->needs.all) CarryAll(phase, &core->needs);

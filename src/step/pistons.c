@@ -58,7 +58,7 @@ static PetscReal VolumeRatio(const MPMCore *core, const MPMView *view, PetscInt 
 {
   const int dim = (int)core->grid.dim;
 
-  if (MPMMaterialKeepsShape(m)) return MPMDet(dim, view->F + p * dim * dim);
+  if (MPMMaterialKeepsShape(m)) return MPMVolumeRatio(m, dim, view, p);
   return m->type->traits & MPM_FLUID ? view->J[p] : 1;
 }
 
@@ -101,7 +101,8 @@ static void Weigh(MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
 PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 {
   const MPMGrid *grid   = &core->grid;
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(l), dim = grid->dim;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(l),
+                 dim    = grid->dim;
   const PetscInt n = MPM_MAX_STENCIL * core->gaps->n;
   PetscMPIInt    count;
   MPMView        view;
@@ -167,7 +168,9 @@ static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
     PetscInt       ijk[3] = {0, r.ijk[1], r.ijk[2]};
 
     for (PetscInt i = r.first; i < r.last && at >= f->first && at < end; i++) {
-      Beside b = {.m = r.sum[i].m, .motion = r.motion + i * MPM_MOTION_NC(core->grid.dim), .met = r.value.met + i};
+      Beside b = {.m      = MPMNodeMass(grid, r.sum + i, r.ijk[0] + i, d),
+                  .motion = r.motion + i * MPM_MOTION_NC(core->grid.dim),
+                  .met    = r.value.met + i};
 
       ijk[0]   = r.ijk[0] + i;
       b.j      = MPMGridFold(grid, d, ijk[d]) - f->first;

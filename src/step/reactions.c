@@ -150,43 +150,50 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, PetscRea
 
   if (core->contacts) MPMContactsGave(core, ijk, contact);
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
+    const PetscReal m = MPMNodeMass(&core->grid, n, ijk[0], d), other = n->f[d] / m + par->gravity[d],
+                    wall   = par->kick * m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
                     u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
-                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(met, d) ? v[d] : u);
+                    work   = MPMEnergyWall(core, n, ijk[0], d, a[d], u, MPMNodeStopped(met, d) ? v[d] : u);
 
-    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other) - n->m * contact[d];
-    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
-    W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
+    J[d] = flip * wall + (1 - flip) * (m * v[d] - n->p[d] - par->kick * m * other) - m * contact[d];
+    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * m * work;
+    W[d] += (1 - flip) * (m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
   Give(core, t, PETSC_FALSE, J, W);
 }
 
 /* Adds the other half of the work, along the velocity of the second mapping of musl. */
-static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscReal v[])
+static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscInt ijk[],
+                     const PetscReal v[])
 {
   const MPMParams *par = &core->params;
   const PetscReal *a   = v + core->grid.dim;
   PetscReal        J[3], W[3];
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
-    W[d] = 0.5 * par->kick * n->m *
-           MPMEnergyWall(par, n, d, a[d], MPMNodeStopped(met, d) ? n->p[d] / n->m : v[d], v[d]);
+    const PetscReal m = MPMNodeMass(&core->grid, n, ijk[0], d);
+
+    J[d] = par->kick * m * (a[d] - (n->f[d] / m + par->gravity[d]));
+    W[d] = 0.5 * par->kick * m *
+           MPMEnergyWall(core, n, ijk[0], d, a[d], MPMNodeStopped(met, d) ? n->p[d] / m : v[d], v[d]);
   }
   Give(core, t, PETSC_TRUE, J, W);
 }
 
 /* Adds what the walls of a node did to the velocity v that a filter or, where `was` is v before it, a correction
    made. */
-static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[], const PetscReal was[])
+static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const PetscInt ijk[], const PetscReal v[],
+                        const PetscReal was[])
 {
   const PetscInt dim = core->grid.dim;
   PetscReal      J[3], W[3], V[3];
 
   WallVelocity(core, t, V);
   for (PetscInt d = 0; d < dim; d++) {
-    J[d] = was ? n->m * (v[d] - was[d] - core->params.kick * v[dim + d]) - n->p[d] : n->m * v[d] - n->p[d];
+    const PetscReal m = MPMNodeMass(&core->grid, n, ijk[0], d);
+
+    J[d] = was ? m * (v[d] - was[d] - core->params.kick * v[dim + d]) - n->p[d] : m * v[d] - n->p[d];
     W[d] = J[d] * V[d];
   }
   Give(core, t, PETSC_FALSE, J, W);
@@ -236,9 +243,9 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
     else if (advance)
       AddAdvance(core, &touch, n, met, ijk, v);
     else if (again)
-      AddAgain(core, &touch, n, met, v);
+      AddAgain(core, &touch, n, met, ijk, v);
     else
-      AddVelocity(core, &touch, n, v, k == reactions->correct ? reactions->before + at * dim : NULL);
+      AddVelocity(core, &touch, n, ijk, v, k == reactions->correct ? reactions->before + at * dim : NULL);
     at++;
   }
   PetscCall(MPMExchangeCloseNodes(core));

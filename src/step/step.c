@@ -201,7 +201,7 @@ PetscErrorCode MPMStepBound(MPMCore *core)
 
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
     MPMMaterialState(dim, &view, p, &b);
-    m->type->law->speed2[dim - 1](m, 0, 1, &b, &c2);
+    m->type->law->speed2[MPMLawForm(m, dim)](m, 0, 1, &b, &c2);
     core->status.v2 = PetscMax(core->status.v2, v2);
     core->status.c2 = PetscMax(core->status.c2, c2);
   }

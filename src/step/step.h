@@ -2,6 +2,7 @@
 #ifndef MPM_STEP_H
 #define MPM_STEP_H
 
+#include "kernels/round.h"
 #include "scene/scene.h"
 #include "step/scheme.h"
 
@@ -45,12 +46,12 @@ MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
   return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the work of the walls of a node along axis d, by its mass and kick: what the acceleration a does along u, less
-   what the force and gravity do along s, m^2/s^3 (energy.c). */
-MPM_INLINE PetscReal MPMEnergyWall(const MPMParams *par, const MPMNode *n, PetscInt d, PetscReal a, PetscReal u,
-                                   PetscReal s)
+/* Returns the work of the walls of a node, number i on x, along axis d, by its mass and kick: what the acceleration a
+   does along u, less what the force and gravity do along s, m^2/s^3 (energy.c). */
+MPM_INLINE PetscReal MPMEnergyWall(const MPMCore *core, const MPMNode *n, PetscInt i, PetscInt d, PetscReal a,
+                                   PetscReal u, PetscReal s)
 {
-  const PetscReal other = n->f[d] / n->m + par->gravity[d];
+  const PetscReal other = n->f[d] / MPMNodeMass(&core->grid, n, i, d) + core->params.gravity[d];
 
   return (a - other) * s + a * (u - s);
 }

@@ -1,0 +1,172 @@
+"""Bodies of revolution (-geometry axisymmetric) against what is exact: a uniform expansion with every basis, update and
+transfer; the mass of balls and of lattices that do not fit; breathing cylinders and balls; a rod under a piston, with the
+forces of a full turn; thick tube and sphere under pressure; a plane far from the axis; the energy. The same bits on any number
+of processes, in the pool and after a restart. verify_axisymmetric.py goes further.
+
+usage: test_axisymmetric.py PEBBLE SOURCE MPIEXEC
+"""
+import itertools
+import math
+
+import numpy as np
+
+import check
+from setups_axisymmetric import MODES, breathing, lame, round_scene, run_scene
+
+check.arguments(__doc__, 0)
+BASES = ("linear", "gimp", "bspline2", "bspline3")
+METHODS = list(itertools.product(("usl", "musl", "usf"), ("flip", "apic", "aflip", "xpic", "afmpm")))
+
+
+def method(basis, update, transfer):
+    return {"method_basis": basis, "method_update": update, "method_transfer": transfer}
+
+
+def expansion(way, steps, stiff):
+    """v_r = r in a cylinder from the axis on: what is wrong with F and v of the particles within a third of its radius."""
+    scene = round_scene(grid_upper="4,1", grid_h="0.125,0.125", body_b_upper="3,1", bc_ymin_type="slip", bc_ymax_type="slip",
+                        body_b_velocity="x,0", material_m_E=stiff, dt_size="1e-4", time_end=1, time_max_steps=steps, **way)
+    run_scene("expansion", scene)
+    found = check.particles("expansion.h5", -1, ("x", "v", "F"))
+    near = found["x"][:, 0] < 1
+    F, x = found["F"][near].reshape(-1, 9), found["x"][near, 0] / (1 + steps * 1e-4)
+    return max(abs(F[:, [0, 8]] - 1 - steps * 1e-4).max(), abs(found["v"][near, 0] / x - 1).max() * 1e-4)
+
+
+def check_expansion():
+    """F11 = F33 = 1 + t of soft matter; and of stiff matter too, since a uniform stress is in balance but at the rim, as far as
+    the particles fill the body, which they do to (1 + t)^2."""
+    worst = max(((expansion(method(basis, *way), 1, 1), basis, way) for basis in BASES for way in (METHODS if basis == "bspline2" else METHODS[::4])))
+    check.that(worst[0] < 1e-11, f"expansion: F and v after a step to {worst[0]:.1e} ({worst[1]}, {' '.join(worst[2])})")
+    for basis, update in itertools.product(("gimp", "bspline2", "bspline3"), ("usl", "musl")):
+        found = expansion(method(basis, update, "flip"), 4, 1e6)
+        check.that(found < 1e-9, f"expansion: F and v after 4 steps of {basis}, {update}, to {found:.1e}")
+
+
+def check_masses():
+    """Mass of full turns, whatever the offset of the lattice: that of rings about its places, but for what is left out on the
+    axis, less than a tenth of the square of a cell."""
+    b, h = 1 / 16, 1 / 8
+    for basis, offset in itertools.product(BASES, (0, 0.3, 0.5, 0.8)):
+        run_scene("mass", round_scene(body_b_offset=f"{offset * b},0", time_max_steps=0, **method(basis, "usl", "flip")))
+        mass = check.history("mass.csv")["mass"][0] / (1000 * math.pi)
+        places = (np.arange(40) + 0.5 + offset) * b
+        area = (places[places < 1][-1] + 0.5 * b)**2
+        check.that(abs(mass - area) < 0.1 * h**2, f"mass of a cylinder, {basis}, offset {offset} spacings: {mass / area:.6f} of the exact one")
+    run_scene("mass", round_scene(grid_lower="0,-1", grid_h="0.03125,0.03125", body_b_shape="sphere", body_b_center="0,0",
+                                  body_b_radius=0.75, body_b_lower=None, body_b_upper=None, time_max_steps=0))
+    mass = check.history("mass.csv")["mass"][0] / (1000 * 4 / 3 * math.pi * 0.75**3)
+    check.that(abs(mass - 1) < 2e-3, f"mass of a ball: {mass:.5f} of the exact one")
+
+
+def check_modes():
+    for (shape, nu), k in MODES.items():
+        off, energy, rest = breathing(shape, nu, 16)
+        check.that(abs(off) < 0.01, f"breathing {shape}, nu {nu}: frequency {100 * off:+.2f} % off k R = {k}, 16 cells")
+        check.that(abs(energy - 1) < 0.03, f"breathing {shape}, nu {nu}: energy {energy:.4f} of the start after 3 periods")
+
+
+def check_energy():
+    """What remains of the balance falls with dt, also with plastic flow and F-bar."""
+    for what, more in {"elastic": {}, "plastic": {"material_m_model": "vonmises", "material_m_yield": 2e4, "method_locking": "fbar"}}.items():
+        left = []
+        for dt in (4e-4, 1e-4):
+            run_scene("energy", round_scene(grid_upper="2,1.5", body_b_upper="1,1", body_b_velocity="2*x*(1-x/2),-y", bc_ymin_type="slip",
+                                            dt_size=dt, time_end=0.04, history_energy="true", method_basis="bspline2", method_update="musl",
+                                            method_transfer="flip", **more))
+            rows = check.history("energy.csv")
+            left.append(abs(rows["energy_integration"]).max() / rows["total_energy"].max())
+        check.that(left[1] < 0.4 * left[0] and left[1] < 0.01, f"energy, {what}: {left[0]:.2e} and {left[1]:.2e} of it remain at dt and dt/4")
+
+
+def check_piston():
+    """A rod is pressed by a smooth plane, and is free to grow wider: its stress, and the force of the full section."""
+    lam, mu, stretch, wide = 1e6 * 0.3 / (1.3 * 0.4), 1e6 / 2.6, 0.975, 1.0
+    for _ in range(50):
+        wide -= (lam * math.log(wide**2 * stretch) + mu * (wide**2 - 1)) / (2 * lam / wide + 2 * mu * wide)
+    J = wide**2 * stretch
+    force = (lam * math.log(J) + mu * (stretch**2 - 1)) / J * math.pi * wide**2
+    for offset in (0, 0.5):
+        run_scene("piston", round_scene(grid_upper="1.5,2.5", body_b_upper="1,2", bc_ymin_type="slip", bc_ymax_type="piston",
+                                        bc_ymax_distance=0.5, bc_ymax_velocity='"-0.05*(1-cos(2*pi*min(t,1)))"', damping_time=0.02,
+                                        history_walls="ymin,ymax", time_end=1.5, body_b_offset=f"{offset / 16},0"))
+        rows = check.history("piston.csv")
+        found = check.particles("piston.h5", -1, ("x", "F"))
+        F = found["F"].reshape(-1, 9)
+        share = 1 if offset == 0 else (31 / 32)**2  # the lattice does not fit if it has an offset
+        up, down = rows["reaction_ymax_y"][-1] / force / share, -rows["reaction_ymin_y"][-1] / force / share
+        check.that(abs(up - 1) < 1e-3 and abs(down - 1) < 1e-3, f"rod under a piston, offset {offset}: forces {up:.5f} and {down:.5f} of the exact one")
+        check.that(abs(F[:, 0] / wide - 1).max() < 2e-4 and abs(F[:, 8] / wide - 1).max() < 2e-4, f"rod under a piston: it grows wider by {F[:, 8].mean():.5f}, exactly {wide:.5f}")
+
+
+def check_lame():
+    for shape, allowed in (("tube", 0.006), ("sphere", 0.04)):
+        for radius, found, exact in lame(shape, 8):
+            check.that(abs(found / exact - 1) < allowed, f"{shape} under pressure: u({radius}) = {found:.4e}, exactly {exact:.4e}")
+
+
+def check_water():
+    """Water in a round tank: the pressure is right on the axis too, and the foot carries all."""
+    told = run_scene("water", round_scene(grid_upper="1,1.5", bc_xmax_type="slip", bc_ymin_type="slip", material_m_model="fluid", material_m_E=None,
+                                   material_m_nu=None, material_m_K=2e6, acceleration='"0,-9.81*min(t/0.5,1)"', time_end=3, damping_time=0.1,
+                                   history_walls="ymin"))
+    check.that("the volumes of m are not relaxed, with -geometry axisymmetric" in told.said, "water in a round tank: a note on its level")
+    found = check.particles("water.h5", -1, ("x", "stress"))
+    x, p = found["x"], -found["stress"].reshape(-1, 9)[:, 8]
+    off = abs(p - 9810 * (1 - x[:, 1])) / 9810
+    rows = check.history("water.csv")
+    force = rows["reaction_ymin_y"][-1] / (9.81 * rows["mass"][0])
+    check.that(off.max() < 0.04 and off[x[:, 0] < 0.125].max() < 0.02,
+               f"water in a round tank: pressure to {off.max():.4f} of that at the foot, on the axis to {off[x[:, 0] < 0.125].max():.4f}")
+    check.that(abs(force - 1) < 1e-4, f"water in a round tank: force on the foot {force:.6f} of the weight")
+
+
+def check_plane():
+    """Far from the axis it is plane strain: a block that hits a wall with friction, with every transfer."""
+    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "xpic"), ("musl", "afmpm")):
+        places = []
+        for far, geometry in ((0, "plane_strain"), (1e5, "axisymmetric")):
+            run_scene("plane", round_scene(geometry=geometry, grid_lower=f"{far},0", grid_upper=f"{far + 2},2", body_b_lower=f"{far + 0.5},0.25",
+                                           body_b_upper=f"{far + 1.5},1", body_b_velocity="1,-2", bc_ymin_type="friction", bc_ymin_mu=0.3, time_end=0.05,
+                                           **method("bspline2", update, transfer)))
+            places.append(check.particles("plane.h5", -1, ("x",))["x"][:, :2] - [far, 0])
+        off = abs(places[1] - places[0]).max()
+        check.that(off < 2e-5, f"far from the axis, {update} {transfer}: places differ from plane strain by {off:.1e} m")
+
+
+def check_bits():
+    """Digests on 1 to 4 processes, in the pool, with all fields, and after a restart."""
+    scene = dict(grid_upper="1.5,2.5", body_b_upper="1,2", body_b_velocity="x,1-2*y", bc_ymin_type="separate", time_end=0.1,
+                 gravity="0,-10", loads="p", load_p_body="b", load_p_type="pressure", load_p_value='"1e4*t"')
+    laws = {"neohookean": {}, "vonmises": {"material_m_model": "vonmises", "material_m_yield": 2e4, "method_locking": "fbar"},
+            "fluid": {"material_m_model": "fluid", "material_m_E": None, "material_m_nu": None, "material_m_K": 1e6, "material_m_viscosity": 10}}
+    ways = {"neohookean": method("gimp", "musl", "aflip"), "vonmises": {}, "fluid": method("linear", "usf", "afmpm")}
+    for law, more in laws.items():
+        lines = round_scene(**{**scene, **more, **ways[law]})
+        digests = {str(n): run_scene("bits", lines, n=n).digest for n in (1, 2, 3, 4)}
+        digests["pool"] = run_scene("bits", {**lines, "parallel_strategy": "pool", "pool_cells": "8"}, n=3).digest
+        digests["all"] = run_scene("bits", {**lines, "method_carry": "all"}, lanes=2).digest
+        steps = int(check.history("bits.csv")["step"][-1])
+        run_scene("bits", {**lines, "time_max_steps": steps // 2, "checkpoint_every": 1e9})
+        digests["restart"] = run_scene("bits", {**lines, "restart_file": "latest", "checkpoint_every": 1e9}, n=2).digest
+        check.that(len(set(digests.values())) == 1 and None not in digests.values(), f"{law}: digests {digests}")
+
+
+def check_file():
+    check.write("p.csv", "x,y,volume\n0.5,0.5,0.01\n")
+    told = run_scene("file", round_scene(body_b_shape="file", body_b_file="p.csv", body_b_lower=None, body_b_upper=None), must=False)
+    check.that(told.status == 2 and told.lines == ["file.opts:12: -body_b_shape file does not apply: with -geometry axisymmetric bodies have other shapes"],
+               f"particles from a file: {told.lines}")
+
+
+check_expansion()
+check_masses()
+check_modes()
+check_energy()
+check_piston()
+check_lame()
+check_water()
+check_plane()
+check_bits()
+check_file()
+check.end()
