@@ -117,6 +117,47 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
   found->sure = sure;
 }
 
+/* Sets a block's F = I + grad u, positions X + u and velocities from value (u, then v, [2 dim]) and L (grad u [dim*dim], 1)
+   of the total frame. If a law of the block, whose fields are `state` (bits), has a history, L becomes the velocity gradient
+   in 1/s that leads from the old F to the new one. Notes particles beyond the planes of walls (MPMParams). */
+MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt state,
+                               const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent *value, MPMComponent *L,
+                               MPMBlock *b, MPMFound *found, MPMStatus *status)
+{
+  const MPMView  *particles = &patch->particles;
+  const PetscReal rate      = 1 / par->dt;
+  MPMMask         bad       = MPMNone();
+
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMReal x[3], v[3], F[9], was[9], G[9], J, v2 = MPMAll(0);
+    MPMMask out = MPMNone();
+
+    for (int d = 0; d < dim; d++) {
+      x[d] = MPMRead(&s->x[d][l]) + MPMRead(&value[d][l]);
+      v[d] = MPMRead(&value[dim + d][l]);
+      v2   = v2 + v[d] * v[d];
+      out |= (x[d] < par->planes[d][0]) | (x[d] > par->planes[d][1]);
+    }
+    for (int k = 0; k < dim * dim; k++) {
+      F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
+      MPMWrite(&b->F[k][l], F[k]);
+    }
+    J = MPMDet(dim, F);
+    bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
+    if (state & MPM_BIT(tau)) {
+      MPMLoad(dim * dim, particles->F, o, l, was);
+      MPMQuotient(dim, F, was, G);
+      for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
+    }
+    MPMStore(dim, x, o, l, l, l + MPM_WIDTH, particles->x);
+    MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);
+    MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);
+    found->v2 = MPMMax(found->v2, v2);
+    if (MPMAny(out)) MPMRarePassed(dim, par, patch, l, PetscMin(l + MPM_WIDTH, o->n), o->particle, status);
+  }
+  found->bad = bad;
+}
+
 /* Updates the material state of a block apart from F, eqs. (11) and (12); notes bad J and finds wave speeds. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, MPMComponent *L, MPMBlock *b, MPMFound *found, MPMStatus *status)
@@ -139,6 +180,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     }
     if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, PetscMin(next, o->n), o->particle, s, b, status);
     law->speed2[dim - 1](m, first, next, b, c2);
+    if (patch->grid->total) MPMReferenceSpeed2(dim, b, from, next, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       found->c2 = MPMMax(found->c2, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
@@ -166,8 +208,8 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
    and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : 0;
-  const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
+  const int motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
+  const int stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & (MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
   const MPMView *particles               = &patch->particles;
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
@@ -192,6 +234,12 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (interpolate) interpolate(&o, &s, patch->n, patch->motion, value, L);
     if (parts & MPM_G2P_VOLUME) {
       MPM_LANES_NAME(MPMRelaxVolumes)(dim, par, patch, &o, &s, value, L);
+      continue;
+    }
+    if (parts & MPM_G2P_TOTAL) {
+      state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
+      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found, status);
+      MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }
     if (parts & MPM_G2P_FILTER) {

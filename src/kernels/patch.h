@@ -22,6 +22,7 @@ typedef struct {
   PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
+  PetscReal planes[3][2]; /* of the total frame: where walls are, which no particle passes, m; infinite: there is none */
   PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
   PetscReal              lock_share; /* of the mean of a box that particles take; the rest is their own */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
@@ -109,6 +110,7 @@ typedef struct {
   MPMNode   *node;              /* [lines][n2][n1][n0] sums, complete for own nodes */
   PetscReal *motion;            /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
   MPMNodeValues value;          /* of own nodes */
+  PetscReal    *state; /* [n2][n1][n0][MPM_MOTION_NC] m, m/s: of own nodes in the total frame, displacement and velocity; or NULL */
   MPMSpan      *span;           /* [n2][n1] */
   PetscReal    *boxes;          /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
   void (*meanwhile)(void *ctx); /* called after every few blocks of P2G, so that messages progress; or NULL */

@@ -43,7 +43,10 @@ enum {
   MPM_G2P_FBAR     = 4096,  /* with stress: one change of volume for the particles of a box, fbar.h */
   MPM_P2G_FBAR     = 8192,  /* with forces: one pressure for them */
   MPM_P2G_VOLUME   = 16384, /* alone: volumes and pressures of fluids, volume.h; with MPM_AFFINE: and its slope */
-  MPM_G2P_VOLUME   = 32768  /* alone: relaxes the volumes of fluids */
+  MPM_G2P_VOLUME   = 32768, /* alone: relaxes the volumes of fluids */
+  MPM_P2G_TOTAL    = 65536, /* with forces: of the first Piola-Kirchhoff stress, in the total frame (total.h) */
+  MPM_P2G_NODES    = 131072, /* with momentum: sums what the first numbers of the nodes' motion are at the particles */
+  MPM_G2P_TOTAL    = 262144  /* alone: x, v, F and material state of the displacements and velocities of nodes */
 };
 
 /* The parts whose sums are in the first line of a node's record. */

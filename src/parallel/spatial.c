@@ -218,8 +218,8 @@ PetscErrorCode MPMHistogramAddView(MPMHistogram *h, const MPMCore *core, const M
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy, view->x + p * dim,
-                    MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
+    (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
+                    MPMPlaces(&core->grid, view) + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
     PetscCall(MPMHistogramAdd(h, base, 1));
   }

@@ -19,6 +19,7 @@ typedef struct {
   PetscInt     copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
   PetscReal    lower[3], upper[3], h[3];           /* m */
   PetscBool    periodic[3];
+  PetscBool    total; /* weights and cells are those of reference positions, field X (docs/method.md, The total frame) */
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 

@@ -142,6 +142,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscCall(MPMSceneMoveRigids(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->watch.courant = PetscMax(mpm->watch.courant, MPMCourant(core, core->params.dt));
   mpm->watch.wave    = PetscMax(mpm->watch.wave, MPMWaveCourant(core, core->params.dt));
+  if (core->grid.total) MPMTotalPass(core);
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);

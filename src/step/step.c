@@ -19,7 +19,11 @@ static PetscErrorCode PoisonStep(MPMCore *core)
     if (MPMFields[f].home == MPM_SCRATCH) scratch |= 1 << f;
   PetscCall(MPMPoisonFields(&core->particles, scratch, 0));
   PetscCall(MPMExchangeOpenNodes(core));
-  MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);
+  for (size_t i = 0; i < nodes && core->grid.total; i++) { /* the masses of the total frame stay */
+    MPMPoison(patch->node[i].p, sizeof patch->node[i].p);
+    MPMPoison(patch->node[i].f, sizeof patch->node[i].f);
+  }
+  if (!core->grid.total) MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);
 #define MPM_NODE_VALUE(name, nc, unit, meaning)                                                                        \
   MPMPoison(patch->value.name, nodes *(size_t)MPMNodeComponents_##name(core->grid.dim) * sizeof(PetscReal));
 #include "kernels/node.def"

@@ -98,6 +98,14 @@ void           MPMRigidsCheck(MPMCore *);
 /* What acts on surfaces after a phase of nodes: contact, then pistons (contact.c). Collective on exchange.data. */
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 
+/* The total frame (total.c). MPMTotalStart finds the masses of the nodes and, unless the run goes on from a checkpoint, their
+   velocities, and is collective on the exchange. MPMTotalPlanes sets the planes that no particle passes, by how far walls
+   have moved, core->passed; MPMTotalPass moves these walls by a step before it is made. Neither is collective. */
+PetscErrorCode MPMTotalStart(MPMCore *, PetscBool restarted);
+void           MPMTotalPlanes(MPMCore *);
+void           MPMTotalScale(MPMCore *, PetscReal keep); /* multiplies the velocities of the nodes by `keep` */
+void           MPMTotalPass(MPMCore *);
+
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */
 PetscErrorCode MPMDampingSetFromOptions(MPMCore *, MPMOptions);
