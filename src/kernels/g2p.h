@@ -126,7 +126,7 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
 {
   const MPMView  *particles = &patch->particles;
   const PetscReal rate      = 1 / par->dt;
-  MPMMask         bad       = MPMNone();
+  MPMMask         bad = MPMNone(), in = MPMNot(MPMNone());
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
     MPMReal x[3], v[3], F[9], was[9], G[9], J, v2 = MPMAll(0);
@@ -137,6 +137,7 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
       v[d] = MPMRead(&value[dim + d][l]);
       v2   = v2 + v[d] * v[d];
       out |= (x[d] < par->planes[d][0]) | (x[d] > par->planes[d][1]);
+      if (patch->grid->periodic[d]) in &= (x[d] >= patch->grid->lower[d]) & (x[d] < patch->grid->upper[d]);
     }
     for (int k = 0; k < dim * dim; k++) {
       F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
@@ -155,6 +156,7 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
     found->v2 = MPMMax(found->v2, v2);
     if (MPMAny(out)) MPMRarePassed(dim, par, patch, l, PetscMin(l + MPM_WIDTH, o->n), o->particle, status);
   }
+  if (MPMAny(MPMNot(in))) MPMRareWrap(dim, patch, o->n, o->particle);
   found->bad = bad;
 }
 

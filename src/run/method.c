@@ -69,10 +69,6 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                      "-bc_%s_type %s does not apply with -method_frame total, which has no contact: the wall acts on "
                      "matter that arrives at it; choose fixed, slip, moving or free",
                      MPMFaceNames[k], MPMWallNames[type]);
-    if (type == MPM_WALL_periodic)
-      MPMOptionsFail(o, "-bc_%s_type periodic does not apply with -method_frame total: it is not built there; use "
-                        "-method_frame updated",
-                     MPMFaceNames[k]);
   }
   if (scene->ncontacts || mpm->core.contacts)
     MPMOptionsFail(o, "contact does not apply with -method_frame total, whose bodies may meet nothing; use "
