@@ -35,16 +35,10 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, Pet
   return PETSC_TRUE;
 }
 
-/* Returns the positions [n][dim], m, whose cells and weights count: those of the start in the total frame; and the bit of
-   their field. */
+/* Returns the positions [n][dim], m, whose cells and weights count: those of the start in the total frame. */
 MPM_INLINE const PetscReal *MPMPlaces(const MPMGrid *grid, const MPMView *view)
 {
   return grid->total ? view->X : view->x;
-}
-
-MPM_INLINE PetscInt MPMPlacesField(const MPMGrid *grid)
-{
-  return grid->total ? MPM_BIT(X) : MPM_BIT(x);
 }
 
 /* Returns the half-widths [dim] in cells of particle p of a view: its own, or those of its kind. */

@@ -119,10 +119,10 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
 
 /* Sets a block's F = I + grad u, positions X + u and velocities from value (u, then v, [2 dim]) and L (grad u [dim*dim], 1)
    of the total frame. If a law of the block, whose fields are `state` (bits), has a history, L becomes the velocity gradient
-   in 1/s that leads from the old F to the new one. Notes particles beyond the planes of walls (MPMParams). */
+   in 1/s that leads from the old F to the new one. */
 MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt state,
                                const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent *value, MPMComponent *L,
-                               MPMBlock *b, MPMFound *found, MPMStatus *status)
+                               MPMBlock *b, MPMFound *found)
 {
   const MPMView  *particles = &patch->particles;
   const PetscReal rate      = 1 / par->dt;
@@ -130,13 +130,11 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
     MPMReal x[3], v[3], F[9], was[9], G[9], J, v2 = MPMAll(0);
-    MPMMask out = MPMNone();
 
     for (int d = 0; d < dim; d++) {
       x[d] = MPMRead(&s->x[d][l]) + MPMRead(&value[d][l]);
       v[d] = MPMRead(&value[dim + d][l]);
       v2   = v2 + v[d] * v[d];
-      out |= (x[d] < par->planes[d][0]) | (x[d] > par->planes[d][1]);
       if (patch->grid->periodic[d]) in &= (x[d] >= patch->grid->lower[d]) & (x[d] < patch->grid->upper[d]);
     }
     for (int k = 0; k < dim * dim; k++) {
@@ -154,7 +152,6 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
     MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);
     MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);
     found->v2 = MPMMax(found->v2, v2);
-    if (MPMAny(out)) MPMRarePassed(dim, par, patch, l, PetscMin(l + MPM_WIDTH, o->n), o->particle, status);
   }
   if (MPMAny(MPMNot(in))) MPMRareWrap(dim, patch, o->n, o->particle);
   found->bad = bad;
@@ -240,7 +237,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     if (parts & MPM_G2P_TOTAL) {
       state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
-      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found, status);
+      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found);
       MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }

@@ -22,7 +22,6 @@ typedef struct {
   PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
-  PetscReal planes[3][2]; /* of the total frame: where walls are, which no particle passes, m; infinite: there is none */
   PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
   PetscReal              lock_share; /* of the mean of a box that particles take; the rest is their own */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */

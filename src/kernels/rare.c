@@ -20,21 +20,6 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
   }
 }
 
-/* Notes in status the particles first .. last-1 of a block that lie beyond the plane of a wall, of the total frame. */
-void MPMRarePassed(PetscInt dim, const MPMParams *par, const MPMPatch *patch, PetscInt first, PetscInt last,
-                   const PetscInt *order, MPMStatus *status)
-{
-  for (PetscInt l = first; l < last; l++) {
-    const PetscReal *x = patch->particles.x + (size_t)order[l] * (size_t)dim;
-
-    for (PetscInt d = 0; d < dim; d++)
-      if (x[d] < par->planes[d][0] || x[d] > par->planes[d][1]) {
-        MPMStatusNote(status, MPM_LEFT_GRID, patch->particles.id[order[l]], dim, x, 0);
-        break;
-      }
-  }
-}
-
 /* Moves the n particles of a block back through periodic faces, into [lower, upper). */
 void MPMRareWrap(PetscInt dim, const MPMPatch *patch, PetscInt n, const PetscInt *order)
 {

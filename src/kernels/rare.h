@@ -7,8 +7,6 @@
 
 void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
                  const MPMStencils *, const MPMBlock *, MPMStatus *);
-void MPMRarePassed(PetscInt dim, const MPMParams *, const MPMPatch *, PetscInt first, PetscInt last,
-                   const PetscInt *order, MPMStatus *);
 void MPMRareWrap(PetscInt dim, const MPMPatch *, PetscInt n, const PetscInt *order);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
 void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,

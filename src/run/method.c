@@ -48,6 +48,7 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
               {"method_lock_cells", NULL, "fbar is for the updated frame"},
               {"method_lock_share", NULL, "fbar is for the updated frame"},
               {"initial_stress", "none", "particles are undeformed at the start"},
+              {"check_parting", NULL, "its bodies cannot come apart"},
               {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
               {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
   const MPMScene *scene = &mpm->scene;

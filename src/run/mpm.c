@@ -120,7 +120,6 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->params.materials  = scene->materials;
   core->params.nmaterials = scene->nmaterials;
   core->params.walls      = &scene->walls;
-  if (core->grid.total) MPMTotalPlanes(core);
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 

@@ -99,11 +99,10 @@ void           MPMRigidsCheck(MPMCore *);
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 
 /* The total frame (total.c). MPMTotalStart finds the masses of the nodes and, unless the run goes on from a checkpoint, their
-   velocities, and is collective on the exchange. MPMTotalPlanes sets the planes that no particle passes, by how far walls
-   have moved, core->passed; MPMTotalPass moves these walls by a step before it is made. Neither is collective. */
+   velocities, and is collective on the exchange. MPMTotalPass notes how far walls move in a step, core->passed, and
+   MPMTotalScale multiplies the velocities of the nodes by `keep`; neither is collective. */
 PetscErrorCode MPMTotalStart(MPMCore *, PetscBool restarted);
-void           MPMTotalPlanes(MPMCore *);
-void           MPMTotalScale(MPMCore *, PetscReal keep); /* multiplies the velocities of the nodes by `keep` */
+void           MPMTotalScale(MPMCore *, PetscReal keep);
 void           MPMTotalPass(MPMCore *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is

@@ -172,19 +172,6 @@ PetscErrorCode MPMTotalStart(MPMCore *core, PetscBool restarted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void MPMTotalPlanes(MPMCore *core)
-{
-  for (PetscInt k = 0; k < 6; k++) {
-    const PetscInt  d    = k / 2, side = k % 2;
-    const PetscBool wall = d < core->grid.dim && MPMWallHas(core->params.walls->given[d][side].type, MPM_WALL_NORMAL)
-                               ? PETSC_TRUE
-                               : PETSC_FALSE;
-
-    core->params.planes[d][side] = !wall ? (side ? PETSC_INFINITY : PETSC_NINFINITY)
-                                         : (side ? core->grid.upper[d] : core->grid.lower[d]) + core->passed[k];
-  }
-}
-
 void MPMTotalPass(MPMCore *core)
 {
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
@@ -192,7 +179,6 @@ void MPMTotalPass(MPMCore *core)
 
     if (MPMWallHas(f->type, MPM_WALL_MOVES)) core->passed[k] += core->params.dt * f->velocity[k / 2];
   }
-  MPMTotalPlanes(core);
 }
 
 void MPMTotalScale(MPMCore *core, PetscReal keep)
