@@ -12,50 +12,79 @@
 #define MPM_LIGHT_SHARE 0.1  /* -method_light_nodes; docs/method.md (Light nodes) has what was measured with others */
 #define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers that keep no affine strain */
 
-/* Refuses an option of the updated frame that is given with another value than `neutral`, NULL: with any; so that files of
-   options serve both frames, not where only the frame is given on the command line. */
-static PetscErrorCode RefuseWithTotal(MPMOptions o, const char name[], const char neutral[], const char why[])
+/* Options of the updated frame, the value that does no harm in the total one, and why others do not apply there. */
+static const struct {
+  const char *name, *neutral, *why;
+} updated[] = {{"method_preset", NULL, "presets are methods of the updated frame"},
+               {"method_update", NULL, "a step is one of leapfrog"},
+               {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
+               {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
+               {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
+               {"method_order", NULL, "-method_mass_order is its order"},
+               {"method_damping_rate", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
+               {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
+               {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
+               {"method_gimp_update", "none", "the domains of particles are those of the start"},
+               {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
+               {"method_carry", "needed", "it is for the updated frame"},
+               {"method_locking", "none", "fbar is for the updated frame"},
+               {"method_lock_cells", NULL, "fbar is for the updated frame"},
+               {"method_lock_share", NULL, "fbar is for the updated frame"},
+               {"initial_stress", "none", "particles are undeformed at the start"},
+               {"check_parting", NULL, "its bodies cannot come apart"},
+               {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
+               {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
+
+/* Removes an option that the method of a file has, and adds it to mpm->aside. */
+static PetscErrorCode PutAside(MPM mpm, const char name[])
 {
-  char      full[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
-  PetscBool given;
+  const size_t n = strlen(mpm->aside);
+  char         full[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
+  PetscBool    given;
 
   PetscFunctionBeginUser;
   (void)snprintf(full, sizeof full, "-%s", name);
   PetscCall(PetscOptionsGetString(NULL, NULL, full, value, sizeof value, &given));
-  if (given && !(neutral && !strcmp(value, neutral)) && !MPMOptionsOverridden(name, "method_frame"))
-    MPMOptionsFail(o, "-%s does not apply with -method_frame total: %s", name, why);
+  if (!given || !MPMOptionsOverridden(name, "method_frame")) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(mpm->aside + n, sizeof mpm->aside - n, "%s%s %s", n ? " " : "", full, value);
+  PetscCall(PetscOptionsClearValue(NULL, full));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* If only the frame is given on the command line, the method that a file has for the updated frame stands aside, so that
+   the file of any scene serves both. It is removed here, so that the results of the run do not have it either. */
+PetscErrorCode MPMFrameSetFromOptions(MPM mpm, MPMOptions o)
+{
+  char frame[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->core.grid.total = (PetscBool)(!strcmp(frame, "total"));
+  if (!mpm->core.grid.total) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
+    if (!strncmp(updated[k].name, "method_", 7)) PetscCall(PutAside(mpm, updated[k].name));
+  if (!mpm->aside[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PutAside(mpm, "method_basis"));
+  PetscCall(PutAside(mpm, "dt_cfl"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Refuses what the total frame cannot do, by name and with the reason. */
 static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
 {
-  static const struct {
-    const char *name, *neutral, *why;
-  } rows[] = {{"method_preset", NULL, "presets are methods of the updated frame"},
-              {"method_update", NULL, "a step is one of leapfrog"},
-              {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
-              {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
-              {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
-              {"method_order", NULL, "no velocity is mapped between particles and nodes; -method_mass_order is its order"},
-              {"method_damping_rate", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
-              {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
-              {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
-              {"method_gimp_update", "none", "the domains of particles are those of the start"},
-              {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
-              {"method_carry", "needed", "it is for the updated frame"},
-              {"method_locking", "none", "fbar is for the updated frame"},
-              {"method_lock_cells", NULL, "fbar is for the updated frame"},
-              {"method_lock_share", NULL, "fbar is for the updated frame"},
-              {"initial_stress", "none", "particles are undeformed at the start"},
-              {"check_parting", NULL, "its bodies cannot come apart"},
-              {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
-              {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
   const MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
-  for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++)
-    PetscCall(RefuseWithTotal(o, rows[k].name, rows[k].neutral, rows[k].why));
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++) {
+    char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
+    PetscBool given;
+
+    (void)snprintf(name, sizeof name, "-%s", updated[k].name);
+    PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
+    if (given && !(updated[k].neutral && !strcmp(value, updated[k].neutral)))
+      MPMOptionsFail(o, "%s does not apply with -method_frame total: %s", name, updated[k].why);
+  }
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
       MPMOptionsFail(o,
@@ -89,19 +118,6 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                        "nodes can move so that no particle is strained",
                        scene->bodies[b].name);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Reads the frame, before all else. */
-static PetscErrorCode ReadFrame(MPM mpm, MPMOptions o)
-{
-  char frame[MPM_NAME_LEN];
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, NULL));
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  mpm->core.grid.total = (PetscBool)(!strcmp(frame, "total"));
-  if (mpm->core.grid.total) PetscCall(CheckTotal(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -392,7 +408,7 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
-  PetscCall(ReadFrame(mpm, o));
+  if (mpm->core.grid.total) PetscCall(CheckTotal(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadInertia(mpm, o));

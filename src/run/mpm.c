@@ -30,6 +30,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMFrameSetFromOptions(mpm, o));
   PetscCall(MPMPresetRead(mpm, o));
   PetscCall(MPMSceneSetFromOptions(scene, core, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
