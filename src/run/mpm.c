@@ -294,6 +294,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(PetscFree(core->before));
   PetscCall(MPMContactsDestroy(core));
   PetscCall(MPMRigidsDestroy(core));
   PetscCall(MPMPistonsDestroy(core));

@@ -85,6 +85,7 @@ static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
+  if (core->grid.total && (core->reactions || core->energy.on) && MPMTotalKicks(phase)) PetscCall(MPMTotalKeep(core));
   PetscCall(MPMPhaseRun(core, phase));
   if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));

@@ -103,6 +103,11 @@ PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
    MPMTotalScale multiplies the velocities of the nodes by `keep`; neither is collective. */
 PetscErrorCode MPMTotalStart(MPMCore *, PetscBool restarted);
 void           MPMTotalScale(MPMCore *, PetscReal keep);
+
+/* Returns whether a phase moves the nodes in the total frame; and copies their state before it to core->before, for what is
+   summed afterwards. Not collective. */
+PetscBool      MPMTotalKicks(const MPMPhase *);
+PetscErrorCode MPMTotalKeep(MPMCore *);
 void           MPMTotalPass(MPMCore *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is

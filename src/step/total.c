@@ -29,9 +29,10 @@ MPM_INLINE void Hold(const MPMParams *par, const MPMGrid *grid, const MPMNodes *
 
 /* Sets the acceleration a [dim] of node i, m/s^2: f/m + g, or `again` corrects it by (f - p)/m + g, where p are the sums of
    what the particles read of a, so that each correction brings it nearer to the solution of M a = f + M g with the full
-   mass matrix M. Walls hold it. */
+   mass matrix M. Walls hold it: with what force, N, `wall` [dim] gets if it is not NULL. The sum of these over the nodes
+   of all walls is the force on the body, since sum p = sum m a before the correction. */
 MPM_INLINE void Acceleration(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled,
-                             int again, PetscInt i, PetscReal a[])
+                             int again, PetscInt i, PetscReal a[], PetscReal wall[])
 {
   const MPMNode   *n = r->sum + i;
   const PetscReal *v = r->state + i * MPM_MOTION_NC(dim) + dim;
@@ -44,8 +45,10 @@ MPM_INLINE void Acceleration(int dim, const MPMParams *par, const MPMGrid *grid,
     now[d] = trial[d] = v[d] + par->kick * a[d];
   }
   Hold(par, grid, r, walled, i, now);
-  for (int d = 0; d < dim; d++)
+  for (int d = 0; d < dim; d++) {
+    if (wall) wall[d] = now[d] != trial[d] ? n->m * (now[d] - trial[d]) / par->kick : 0;
     if (now[d] != trial[d]) a[d] = (now[d] - v[d]) / par->kick;
+  }
 }
 
 /* Sets the acceleration of all nodes of a row, in the first numbers of the motion. */
@@ -54,10 +57,11 @@ MPM_INLINE void AccelerateRow(int dim, const MPMParams *par, const MPMGrid *grid
   const PetscBool walled = RowWalled(par, grid, r);
 
   for (PetscInt i = r->first; i < r->last; i++)
-    Acceleration(dim, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim));
+    Acceleration(dim, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
 }
 
-/* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read. */
+/* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read, and p
+   the forces of walls, for the history. */
 MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
@@ -66,7 +70,7 @@ MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, cons
     PetscReal *motion = r->motion + i * MPM_MOTION_NC(dim), *u = r->state + i * MPM_MOTION_NC(dim), *v = u + dim, a[3];
 
     for (int d = 0; d < dim; d++) a[d] = again ? motion[d] : 0;
-    Acceleration(dim, par, grid, r, walled, again, i, a);
+    Acceleration(dim, par, grid, r, walled, again, i, a, r->sum[i].p);
     for (int d = 0; d < dim; d++) v[d] += par->kick * a[d];
     Hold(par, grid, r, walled, i, v); /* once more, without rounding */
     for (int d = 0; d < dim; d++) {
@@ -187,4 +191,20 @@ void MPMTotalScale(MPMCore *core, PetscReal keep)
 
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt d = dim; d < nc; d++) core->exchange.patch.state[i * nc + d] *= keep;
+}
+
+PetscBool MPMTotalKicks(const MPMPhase *phase)
+{
+  return phase->kind == MPM_NODES && (phase->nodes == MPMNodesKick || phase->nodes == MPMNodesKickAgain) ? PETSC_TRUE
+                                                                                                          : PETSC_FALSE;
+}
+
+PetscErrorCode MPMTotalKeep(MPMCore *core)
+{
+  const PetscInt n = MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim);
+
+  PetscFunctionBeginUser;
+  if (!core->before) PetscCall(PetscMalloc1(n, &core->before));
+  PetscCall(PetscArraycpy(core->before, core->exchange.patch.state, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
