@@ -9,7 +9,7 @@
 #include "kernels/cell.h"
 #include "physics/wall.h"
 
-#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X))
+#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind))
 
 /* What is looked for: positions now, or those of the start. */
 typedef struct {
@@ -44,28 +44,50 @@ static PetscErrorCode FindBounds(Look *l, PetscBool start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far a place marks cells: its own; those with nodes of its stencil, at most; its own and those a spacing away. */
+/* Which cells a place marks: its own; those named by the first node of any stencil that has nodes in common with its own; its
+   own and those a spacing away. */
 typedef enum { OWN, STENCIL, SPACING } Reach;
+
+/* Sets lo, hi to the cells that particle p marks along axis d if it marks `more` than its own. */
+static void Marks(const Look *l, PetscBool start, Reach reach, PetscInt p, PetscInt d, PetscBool more, PetscInt *lo,
+                  PetscInt *hi)
+{
+  const MPMCore  *core = l->core;
+  const MPMGrid  *grid = &core->grid;
+  const PetscReal x = PlaceOf(l, start, p)[d], by = more && reach == SPACING ? l->scene->bodies[l->body[p]].b[d] : 0;
+  PetscReal       xi;
+
+  if (reach == STENCIL) {
+    const PetscInt far = more ? MPMBasisNodes(core->basis) - 1 : 0;
+    const PetscInt base =
+        MPMCoordinate(core->basis, grid, (int)d, x, MPMKindOf(core->params.kinds, &l->view, p)->l[d], &xi);
+
+    *lo = base - far;
+    *hi = base + far;
+    return;
+  }
+  *lo = (PetscInt)PetscFloorReal((x - by - grid->lower[d]) / grid->h[d]);
+  *hi = (PetscInt)PetscFloorReal((x + by - grid->lower[d]) / grid->h[d]);
+}
 
 /* Sets *meet to whether bodies a and b mark a cell together, b with its own ones. Collective on exchange.data. */
 static PetscErrorCode ShareCells(const Look *l, PetscBool start, Reach reach, PetscInt a, PetscInt b, PetscBool *meet)
 {
   const MPMGrid *grid = &l->core->grid;
-  const PetscInt dim = grid->dim, ns = MPMBasisNodes(l->core->basis);
-  PetscInt       first[3] = {0}, n[3] = {1, 1, 1}, all = 1, wide[3] = {0}; /* cells of the box that both can mark */
+  const PetscInt dim = grid->dim;
+  PetscInt       first[3] = {0}, n[3] = {1, 1, 1}, all = 1; /* cells of the box that both can mark */
   unsigned char *mark;
 
   PetscFunctionBeginUser;
   *meet = PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal *A = l->bound + 6 * a + 2 * d, *B = l->bound + 6 * b + 2 * d;
-    const PetscReal  far = reach == STENCIL ? (ns - 1) * grid->h[d] : reach == SPACING ? l->scene->bodies[a].b[d] : 0;
-    const PetscReal  lo = PetscMax(A[0] - far, B[0]), hi = PetscMin(-A[1] + far, -B[1]);
+    const PetscReal  far = reach == OWN ? 0 : MPM_MAX_STENCIL * grid->h[d] + l->scene->bodies[a].b[d];
+    const PetscReal  lo = PetscMax(A[0] - far, B[0] - far), hi = PetscMin(-A[1] + far, -B[1] + far);
 
     if (!(hi >= lo) || !((hi - lo) / grid->h[d] < 1e6)) PetscFunctionReturn(PETSC_SUCCESS);
     first[d] = (PetscInt)PetscFloorReal((lo - grid->lower[d]) / grid->h[d]);
     n[d]     = (PetscInt)PetscFloorReal((hi - grid->lower[d]) / grid->h[d]) - first[d] + 1;
-    wide[d]  = reach == STENCIL ? ns - 1 : reach == SPACING ? (PetscInt)PetscCeilReal(far / grid->h[d]) : 0;
     all *= n[d];
   }
   PetscCall(PetscCalloc1(all, &mark));
@@ -74,12 +96,9 @@ static PetscErrorCode ShareCells(const Look *l, PetscBool start, Reach reach, Pe
 
     if (l->body[p] != a && l->body[p] != b) continue;
     for (PetscInt d = 0; d < dim; d++) {
-      const PetscReal xi   = (PlaceOf(l, start, p)[d] - grid->lower[d]) / grid->h[d];
-      const PetscReal by   = reach == SPACING ? l->scene->bodies[a].b[d] / grid->h[d] : (PetscReal)wide[d];
-      const PetscBool more = l->body[p] == a ? PETSC_TRUE : PETSC_FALSE;
-
-      from[d] = PetscMax(0, (PetscInt)PetscFloorReal(more ? xi - by : xi) - first[d]);
-      to[d]   = PetscMin(n[d] - 1, (PetscInt)PetscFloorReal(more ? xi + by : xi) - first[d]);
+      Marks(l, start, reach, p, d, (PetscBool)(l->body[p] == a), &from[d], &to[d]);
+      from[d] = PetscMax(0, from[d] - first[d]);
+      to[d]   = PetscMin(n[d] - 1, to[d] - first[d]);
     }
     for (PetscInt k = from[2]; k <= to[2]; k++)
       for (PetscInt j = from[1]; j <= to[1]; j++)
@@ -139,7 +158,7 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l)
                           l->scene->bodies[a].name, l->scene->bodies[b].name));
       else
         PetscCall(MPMWarn(&l->core->print,
-                          "%s and %s may have nodes in common though they do not touch: in the total frame these join "
+                          "%s and %s have nodes in common though they do not touch: in the total frame these join "
                           "them from the start; use finer cells, or -method_frame updated",
                           l->scene->bodies[a].name, l->scene->bodies[b].name));
     }

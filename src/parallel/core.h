@@ -214,6 +214,7 @@ struct _MPMCore {
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
   PetscReal      *before;    /* of the total frame, if energy or walls are followed: patch.state before the nodes move */
+  PetscReal       half;      /* of the total frame: work of gravity in the first step, whose kick is half, see MPMTotalHalf, J */
   PetscReal       passed[6]; /* of the total frame: how far the wall of each face has moved along its axis, m */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */
   PetscInt        step;

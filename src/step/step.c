@@ -124,7 +124,9 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
   if (core->gaps || core->contacts) PetscCall(FindGaps(core));
+  if (core->grid.total) PetscCall(MPMTotalHalf(core, 1));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
+  if (core->grid.total) PetscCall(MPMTotalHalf(core, -1));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (MPMDampingIsOn(core) && !MPMStatusIsBad(&core->status)) PetscCall(MPMDampingEnd(core));

@@ -108,6 +108,11 @@ void           MPMTotalScale(MPMCore *, PetscReal keep);
    summed afterwards. Not collective. */
 PetscBool      MPMTotalKicks(const MPMPhase *);
 PetscErrorCode MPMTotalKeep(MPMCore *);
+
+/* Adds sign dt/4 g . sum m v to core->half, J: before the first step with sign 1, after it with -1. By that the work of
+   gravity in the kick of this step, half as long as dt, differs from what MPMShownWork would take it for. Collective on
+   exchange.data. */
+PetscErrorCode MPMTotalHalf(MPMCore *, PetscReal sign);
 void           MPMTotalPass(MPMCore *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is

@@ -208,3 +208,26 @@ PetscErrorCode MPMTotalKeep(MPMCore *core)
   PetscCall(PetscArraycpy(core->before, core->exchange.patch.state, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMTotalHalf(MPMCore *core, PetscReal sign)
+{
+  const PetscInt   dim = core->grid.dim, fields = MPM_BIT(v) | MPM_BIT(kind);
+  const PetscReal *g   = core->params.gravity;
+  MPMSum           sum;
+  MPMView          view;
+
+  PetscFunctionBeginUser;
+  if (core->step || (g[0] == 0 && g[1] == 0 && g[2] == 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMSumZero(&sum);
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal along = 0;
+
+    for (PetscInt d = 0; d < dim; d++) along += g[d] * view.v[p * dim + d];
+    MPMSumAdd(&sum, MPMKindOf(core->params.kinds, &view, p)->m * along);
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(MPMSumReduce(&sum, 1, core->exchange.data));
+  core->half += sign * 0.25 * core->params.dt * MPMSumValue(&sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
