@@ -58,9 +58,9 @@ static void Marks(const Look *l, PetscBool start, Reach reach, PetscInt p, Petsc
   PetscReal       xi;
 
   if (reach == STENCIL) {
-    const PetscInt far = more ? MPMBasisNodes(core->basis) - 1 : 0;
-    const PetscInt base =
-        MPMCoordinate(core->basis, grid, (int)d, x, MPMKindOf(core->params.kinds, &l->view, p)->l[d], &xi);
+    const PetscInt far  = more ? MPMBasisNodes(core->basis) - 1 : 0;
+    const PetscInt base = MPMCoordinate(core->basis, grid, (int)d, x, MPMKindOf(core->params.kinds, &l->view, p)->l[d],
+                                        &xi);
 
     *lo = base - far;
     *hi = base + far;
@@ -73,8 +73,8 @@ static void Marks(const Look *l, PetscBool start, Reach reach, PetscInt p, Petsc
 /* Sets *meet to whether bodies a and b mark a cell together, b with its own ones. Collective on exchange.data. */
 static PetscErrorCode ShareCells(const Look *l, PetscBool start, Reach reach, PetscInt a, PetscInt b, PetscBool *meet)
 {
-  const MPMGrid *grid = &l->core->grid;
-  const PetscInt dim = grid->dim;
+  const MPMGrid *grid     = &l->core->grid;
+  const PetscInt dim      = grid->dim;
   PetscInt       first[3] = {0}, n[3] = {1, 1, 1}, all = 1; /* cells of the box that both can mark */
   unsigned char *mark;
 
@@ -154,7 +154,8 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l)
       if (!w->joined[a * nb + b] || w->joins) continue;
       PetscCall(ShareCells(l, PETSC_TRUE, SPACING, a, b, &touch));
       if (touch)
-        PetscCall(MPMNote(&l->core->print, "%s and %s touch at the start: in the total frame they are one piece for ever",
+        PetscCall(MPMNote(&l->core->print,
+                          "%s and %s touch at the start: in the total frame they are one piece for ever",
                           l->scene->bodies[a].name, l->scene->bodies[b].name));
       else
         PetscCall(MPMWarn(&l->core->print,
@@ -182,10 +183,11 @@ static PetscErrorCode LookAtWalls(MPMWatch *w, Look *l, MPMCore *core)
                        l->scene->bodies[b].name, MPMFaceNames[k], wall);
       else if (w->held[6 * b + k] && !w->passed && -in > MPM_BOUND_passed * core->grid.h[k / 2]) {
         w->passed = PETSC_TRUE;
-        PetscCall(MPMWarn(&core->print,
-                          "seen at t=%g s: %s reaches %.3g m beyond the plane of its wall %s (%s), beside the place where "
-                          "that holds it; -method_frame total has no contact there",
-                          (double)core->t, l->scene->bodies[b].name, (double)-in, MPMFaceNames[k], wall));
+        PetscCall(
+            MPMWarn(&core->print,
+                    "seen at t=%g s: %s reaches %.3g m beyond the plane of its wall %s (%s), beside the place where "
+                    "that holds it; -method_frame total has no contact there",
+                    (double)core->t, l->scene->bodies[b].name, (double)-in, MPMFaceNames[k], wall));
       }
     }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -213,10 +215,11 @@ PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene)
         if (w->joined[a * scene->nbodies + b]) continue;
         PetscCall(ShareCells(&l, PETSC_FALSE, OWN, a, b, &meet));
         if (meet)
-          (void)snprintf(core->stop, sizeof core->stop,
-                         "%s and %s have met, particles of both are in one cell, and -method_frame total has no contact; "
-                         "use -method_frame updated",
-                         scene->bodies[a].name, scene->bodies[b].name);
+          (void)snprintf(
+              core->stop, sizeof core->stop,
+              "%s and %s have met, particles of both are in one cell, and -method_frame total has no contact; "
+              "use -method_frame updated",
+              scene->bodies[a].name, scene->bodies[b].name);
       }
   }
   PetscCall(PetscFree2(l.body, l.bound));

@@ -117,46 +117,6 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
   found->sure = sure;
 }
 
-/* Sets a block's F = I + grad u, positions X + u and velocities from value (u, then v, [2 dim]) and L (grad u [dim*dim], 1)
-   of the total frame. If a law of the block, whose fields are `state` (bits), has a history, L becomes the velocity gradient
-   in 1/s that leads from the old F to the new one. */
-MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt state,
-                               const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent *value, MPMComponent *L,
-                               MPMBlock *b, MPMFound *found)
-{
-  const MPMView  *particles = &patch->particles;
-  const PetscReal rate      = 1 / par->dt;
-  MPMMask         bad = MPMNone(), in = MPMNot(MPMNone());
-
-  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMReal x[3], v[3], F[9], was[9], G[9], J, v2 = MPMAll(0);
-
-    for (int d = 0; d < dim; d++) {
-      x[d] = MPMRead(&s->x[d][l]) + MPMRead(&value[d][l]);
-      v[d] = MPMRead(&value[dim + d][l]);
-      v2   = v2 + v[d] * v[d];
-      if (patch->grid->periodic[d]) in &= (x[d] >= patch->grid->lower[d]) & (x[d] < patch->grid->upper[d]);
-    }
-    for (int k = 0; k < dim * dim; k++) {
-      F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
-      MPMWrite(&b->F[k][l], F[k]);
-    }
-    J = MPMDet(dim, F);
-    bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
-    if (state & MPM_BIT(tau)) {
-      MPMLoad(dim * dim, particles->F, o, l, was);
-      MPMQuotient(dim, F, was, G);
-      for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
-    }
-    MPMStore(dim, x, o, l, l, l + MPM_WIDTH, particles->x);
-    MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);
-    MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);
-    found->v2 = MPMMax(found->v2, v2);
-  }
-  if (MPMAny(MPMNot(in))) MPMRareWrap(dim, patch, o->n, o->particle);
-  found->bad = bad;
-}
-
 /* Updates the material state of a block apart from F, eqs. (11) and (12); notes bad J and finds wave speeds. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, MPMComponent *L, MPMBlock *b, MPMFound *found, MPMStatus *status)
@@ -200,25 +160,27 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
 
   if (out) MPMRareWrap(dim, patch, o->n, o->particle);
   n = MPMList(out ? ~(uint64_t)0 : ~found->sure, o->n, which);
-  if (n) MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
+  if (n)
+    MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
    and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
-  const int stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & (MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
-  const MPMView *particles               = &patch->particles;
-  const MPMRange all                     = {0, particles->n, 0};
+  const int motion    = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
+  const int stress    = parts & MPM_G2P_STRESS ? 1 : 0,
+            gradients = stress || parts & (MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
+  const MPMView             *particles   = &patch->particles;
+  const MPMRange             all         = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][gradients];
-  MPMBlockOrder o;
+  MPMBlockOrder       o;
   MPMFound            found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), MPMNone(), 0};
-  MPMComponent  value[6], L[9], r[3];
+  MPMComponent        value[6], L[9], r[3];
   MPMComponent *const vn = value, *const an = value + dim; /* sum phi v', sum phi a */
-  MPMStencils   s;
-  MPMBlock      b;
+  MPMStencils s;
+  MPMBlock    b;
 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&b, 0, sizeof b);
@@ -237,7 +199,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     if (parts & MPM_G2P_TOTAL) {
       state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
-      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found);
+      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found.v2, &found.bad);
       MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }

@@ -4,7 +4,7 @@
 #ifndef MPM_TOTAL_H
 #define MPM_TOTAL_H
 
-#include "kernels/stencils.h"
+#include "kernels/rare.h"
 
 /* Sets back = F^-1 [dim*dim]. F has a determinant other than 0, or back is not finite. */
 MPM_INLINE void MPMInverse(int dim, const MPMReal *F, MPMReal *back)
@@ -73,6 +73,47 @@ MPM_INLINE void MPMReferenceSpeed2(int dim, const MPMBlock *b, PetscInt from, Pe
     }
     MPMWrite(&c2[l], MPMRead(&c2[l]) * most);
   }
+}
+
+/* Sets a block's F = I + grad u, positions X + u and velocities from value (u, then v, [2 dim]) and L (grad u [dim*dim], 1)
+   of the total frame. If a law of the block, whose fields are `state` (bits), has a history, L becomes the velocity gradient
+   in 1/s that leads from the old F to the new one. v2 becomes the largest squared velocity so far, bad the lanes whose J is
+   not a positive number. */
+MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt state,
+                               const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent *value, MPMComponent *L,
+                               MPMBlock *b, MPMReal *v2, MPMMask *bad)
+{
+  const MPMView  *particles = &patch->particles;
+  const PetscReal rate      = 1 / par->dt;
+  MPMMask         in        = MPMNot(MPMNone());
+
+  *bad = MPMNone();
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMReal x[3], v[3], F[9], was[9], G[9], J, own = MPMAll(0);
+
+    for (int d = 0; d < dim; d++) {
+      x[d] = MPMRead(&s->x[d][l]) + MPMRead(&value[d][l]);
+      v[d] = MPMRead(&value[dim + d][l]);
+      own  = own + v[d] * v[d];
+      if (patch->grid->periodic[d]) in &= (x[d] >= patch->grid->lower[d]) & (x[d] < patch->grid->upper[d]);
+    }
+    for (int k = 0; k < dim * dim; k++) {
+      F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
+      MPMWrite(&b->F[k][l], F[k]);
+    }
+    J = MPMDet(dim, F);
+    *bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
+    if (state & MPM_BIT(tau)) {
+      MPMLoad(dim * dim, particles->F, o, l, was);
+      MPMQuotient(dim, F, was, G);
+      for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
+    }
+    MPMStore(dim, x, o, l, l, l + MPM_WIDTH, particles->x);
+    MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);
+    MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);
+    *v2 = MPMMax(*v2, own);
+  }
+  if (MPMAny(MPMNot(in))) MPMRareWrap(dim, patch, o->n, o->particle);
 }
 
 #endif

@@ -245,7 +245,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                                                             const PetscInt n[], const PetscReal *nodes,                \
                                                             MPMComponent *value, MPMComponent *gradient)               \
   {                                                                                                                    \
-    MPMInterpolateBlock(dim, ns, motion == 1 ? 2 * dim : motion ? dim : 0, stress, o, s, n, nodes, value, gradient);                       \
+    MPMInterpolateBlock(dim, ns, motion == 1 ? 2 * dim : motion ? dim : 0, stress, o, s, n, nodes, value, gradient);   \
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \
@@ -267,7 +267,7 @@ MPM_FOR_ALL(MPM_SUM_LINE)
                        {SumBlock_##dim##ns##_20, SumBlock_##dim##ns##_21}},
 #define MPM_INTERPOLATE_ENTRY(dim, ns)                                                                                 \
   [dim - 1][ns - 2] = {{NULL, InterpolateBlock_##dim##ns##_01},                                                        \
-                       {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11},                               \
+                       {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11},                             \
                        {InterpolateBlock_##dim##ns##_20, NULL}},
 #define MPM_LINE_ENTRY(dim, ns) [dim - 1][ns - 2] = SumLine_##dim##ns,
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][3][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};

@@ -219,7 +219,8 @@ PetscErrorCode MPMHistogramAddView(MPMHistogram *h, const MPMCore *core, const M
     PetscInt  base[3] = {0};
 
     (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
-                    MPMPlaces(&core->grid, view) + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
+                    MPMPlaces(&core->grid, view) + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi,
+                    base);
     for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
     PetscCall(MPMHistogramAdd(h, base, 1));
   }

@@ -155,7 +155,7 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particle
    collective. */
 PetscErrorCode MPMCheckpointNodes(const char path[], const MPMGrid *grid, MPMPatch *patch)
 {
-  const PetscInt nc = MPM_MOTION_NC(grid->dim);
+  const PetscInt nc       = MPM_MOTION_NC(grid->dim);
   hsize_t        start[4] = {0}, count[4] = {0}, size[4] = {0};
   PetscReal     *read;
   hid_t          file, set, space, memory;

@@ -246,10 +246,10 @@ PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
     PetscCall(MPMCheckpointRows(c->from, p, fields[k], first, n, rows[k]));
   }
   PetscCall(PetscMemzero(&view, sizeof view));
-  view.n    = n;
+  view.n = n;
   view.x = view.X = (PetscReal *)rows[0];
-  view.kind = (PetscInt *)rows[1];
-  view.l    = (PetscReal *)rows[2];
+  view.kind       = (PetscInt *)rows[1];
+  view.l          = (PetscReal *)rows[2];
   PetscCall(MPMHistogramAddView(h, c->core, &view));
   for (int k = 0; k < 3; k++) PetscCall(PetscFree(rows[k]));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -15,25 +15,26 @@
 /* Options of the updated frame, the value that does no harm in the total one, and why others do not apply there. */
 static const struct {
   const char *name, *neutral, *why;
-} updated[] = {{"method_preset", NULL, "presets are methods of the updated frame"},
-               {"method_update", NULL, "a step is one of leapfrog"},
-               {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
-               {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
-               {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
-               {"method_order", NULL, "-method_mass_order is its order"},
-               {"method_damping_rate", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
-               {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
-               {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
-               {"method_gimp_update", "none", "the domains of particles are those of the start"},
-               {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
-               {"method_carry", "needed", "it is for the updated frame"},
-               {"method_locking", "none", "fbar is for the updated frame"},
-               {"method_lock_cells", NULL, "fbar is for the updated frame"},
-               {"method_lock_share", NULL, "fbar is for the updated frame"},
-               {"initial_stress", "none", "particles are undeformed at the start"},
-               {"check_parting", NULL, "its bodies cannot come apart"},
-               {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
-               {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
+} updated[] = {
+    {"method_preset", NULL, "presets are methods of the updated frame"},
+    {"method_update", NULL, "a step is one of leapfrog"},
+    {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_order", NULL, "-method_mass_order is its order"},
+    {"method_damping_rate", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
+    {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
+    {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_gimp_update", "none", "the domains of particles are those of the start"},
+    {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
+    {"method_carry", "needed", "it is for the updated frame"},
+    {"method_locking", "none", "fbar is for the updated frame"},
+    {"method_lock_cells", NULL, "fbar is for the updated frame"},
+    {"method_lock_share", NULL, "fbar is for the updated frame"},
+    {"initial_stress", "none", "particles are undeformed at the start"},
+    {"check_parting", NULL, "its bodies cannot come apart"},
+    {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
+    {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
 
 /* Removes an option that the method of a file has, and adds it to mpm->aside. */
 static PetscErrorCode PutAside(MPM mpm, const char name[])
@@ -87,10 +88,11 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   }
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
-      MPMOptionsFail(o,
-                     "-material_%s_model %s does not apply with -method_frame total: what flows leaves the shape of the "
-                     "start, on which the weights are; use -method_frame updated",
-                     scene->materials[k].name, scene->materials[k].type->name);
+      MPMOptionsFail(
+          o,
+          "-material_%s_model %s does not apply with -method_frame total: what flows leaves the shape of the "
+          "start, on which the weights are; use -method_frame updated",
+          scene->materials[k].name, scene->materials[k].type->name);
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
@@ -100,16 +102,18 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                      "matter that arrives at it; choose fixed, slip, moving or free",
                      MPMFaceNames[k], MPMWallNames[type]);
   }
+  if (mpm->core.rigids.n)
+    MPMOptionsFail(o,
+                   "-body_%s_rigid does not apply with -method_frame total, whose bodies may meet nothing; use "
+                   "-method_frame updated",
+                   mpm->core.rigids.body[0].name);
   if (scene->ncontacts || mpm->core.contacts)
     MPMOptionsFail(o, "contact does not apply with -method_frame total, whose bodies may meet nothing; use "
                       "-method_frame updated");
-  if (mpm->core.rigids.n)
-    MPMOptionsFail(o, "-body_%s_rigid does not apply with -method_frame total, whose bodies may meet nothing; use "
-                      "-method_frame updated",
-                   mpm->core.rigids.body[0].name);
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points && scene->bodies[b].points->deformation)
-      MPMOptionsFail(o, "-body_%s_points does not apply with -method_frame total: its particles are deformed at the start",
+      MPMOptionsFail(o,
+                     "-body_%s_points does not apply with -method_frame total: its particles are deformed at the start",
                      scene->bodies[b].name);
     for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
       if (scene->bodies[b].ppc[d] < 2)
@@ -134,8 +138,9 @@ static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
   if (!core->grid.total) {
     mpm->method.mass = 0;
     if (set && !MPMOptionsOverridden("method_mass_order", "method_frame"))
-      MPMOptionsFail(o, "-method_mass_order does not apply: -method_frame is updated; there, -method_transfer afmpm has "
-                        "the full mass matrix to -method_order");
+      MPMOptionsFail(o,
+                     "-method_mass_order does not apply: -method_frame is updated; there, -method_transfer afmpm has "
+                     "the full mass matrix to -method_order");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   mpm->method.scheme   = &MPMSchemeTotal;
@@ -304,8 +309,8 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 /* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  const PetscBool affine =
-      mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
   const PetscBool direct = mpm->method.scheme->direct;
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;
@@ -356,7 +361,8 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
   core->basis           = (MPMBasis)row;
-  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") && !core->grid.total ? PETSC_TRUE
+                                                                                                         : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))

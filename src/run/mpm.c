@@ -93,8 +93,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on ||
-      mpm->core.energy.nheat)
+  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.needs.stretched || mpm->core.params.box ||
+      mpm->core.energy.on || mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
       (mpm->core.gaps || mpm->core.contacts || !MPMMaterialKnowsFlow(&scene->materials[material])))

@@ -364,7 +364,8 @@ static void AddKick(const MPMCore *core, const MPMNode *n, const PetscReal v[], 
   const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, 0);
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal way = 0.5 * par->kick * (v[d] + was[d]), gravity = n->m * par->gravity[d] * way, wall = n->p[d] * way;
+    const PetscReal way = 0.5 * par->kick * (v[d] + was[d]), gravity = n->m * par->gravity[d] * way,
+                    wall = n->p[d] * way;
 
     MPMSumAdd(&e->sum[MPM_ENERGY_advance], n->f[d] * way + gravity + wall);
     MPMSumAdd(&e->sum[MPM_ENERGY_gravity], gravity);

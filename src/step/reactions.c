@@ -234,7 +234,8 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
 
   PetscFunctionBeginUser;
   if (phase->kind != MPM_NODES || (begins && k != reactions->correct)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!advance && !kicks && !again && k != reactions->filter && k != reactions->correct) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!advance && !kicks && !again && k != reactions->filter && k != reactions->correct)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
   MPM_FOR_OWN_ROWS(patch, r)
   for (PetscInt i = r.first; i < r.last; i++) {

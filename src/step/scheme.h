@@ -12,7 +12,7 @@ typedef struct {
   PetscBool   keeps_increment;
   PetscBool   direct;
   /* most of the strain comes from the velocities of the motion */ /* x is read again after the motion: a later phase adds dx to it */
-  const int  *phases;          /* their rows in the table of phases, then -1 */
+  const int *phases;                                               /* their rows in the table of phases, then -1 */
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
 

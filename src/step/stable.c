@@ -96,7 +96,7 @@ MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis b
   if (method->transfer->bounds == MPM_BOUNDS_TOTAL) { /* in twentieths; beyond 0.7 the error of dt^2 leads */
     stable.known = PETSC_TRUE;
     stable.rest = stable.crossing = total[basis][method->mass - 1];
-    stable.cfl = PetscMin(0.7, PetscFloorReal(stable.rest / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
+    stable.cfl                    = PetscMin(0.7, PetscFloorReal(stable.rest / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
     return stable;
   }
   Columns(core, method, &rest, &crossing);
