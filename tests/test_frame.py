@@ -174,6 +174,15 @@ def check_meets():
     check.that("b starts 1 cells inside of its wall ymin, nearer than" in run("low", low).out, "a wall that holds a body across a gap is told")
 
 
+def check_flow():
+    """A plastic bar is squeezed by a moving wall: F leaves the range that was measured, and the run stops, or warns."""
+    press = ["-grid_lower 0", "-grid_upper .5", "-grid_cells 4", "-bc_xmin_type fixed", "-bc_xmax_type moving", "-bc_xmax_velocity -2",
+             *body("box", 1, "vonmises", lower="0", upper=".5"), "-material_m_yield 1e3", "-time_end 0.2485"]
+    stopped = run("press", press, status=3)
+    check.that(re.search(r"particle \d+ of b at .* is squeezed to 0.00\S+ of its length, and plastic laws", stopped.err), "a plastic body that is squeezed too much stops the run")
+    check.that(re.search("seen at t=.* is squeezed to", run("go", press, "-check_law", "warn").out), "or is warned of")
+
+
 def check_files():
     """The file of any scene serves both frames; what stands aside is told, and the rest is refused by name (refusals.txt)."""
     result = check.must("-options_file", check.scene("vortex"), *TOTAL, "-time_max_steps", "2")

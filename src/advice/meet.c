@@ -2,14 +2,15 @@
    of the places at the start. Bodies that have nodes in common at the start are joined, and a wall holds the bodies that
    reach its nodes at the start; nothing else acts between them. It is used after steps, and changes no state.
 
-   It looks when the fastest particle may have come a quarter of a cell farther. A body has met a wall that does not hold it
-   where it lies beyond its plane; two bodies that are not joined have met where particles of both lie in one cell. Every
-   decision follows from minima and bits of all processes. */
+   It looks when the fastest particle may have come a quarter of a cell farther, and after the last step. A body has met a wall that does not hold it
+   where it lies beyond its plane; two bodies that are not joined have met where particles of both lie in one cell. It looks
+   too whether matter that flows is squeezed beyond what was measured. Every decision follows from extremes and bits of all
+   processes. */
 #include "advice/watch.h"
 #include "kernels/cell.h"
 #include "physics/wall.h"
 
-#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind))
+#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(F))
 
 /* What is looked for: positions now, or those of the start. */
 typedef struct {
@@ -193,21 +194,66 @@ static PetscErrorCode LookAtWalls(MPMWatch *w, Look *l, MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene)
+/* Finds the particle of a plastic law with the least principal stretch; beyond the bound it leaves a reason to stop, or warns
+   once with -check_law warn. Collective on exchange.data. */
+static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
 {
-  Look l = {.core = core, .scene = scene};
+  const PetscInt dim    = core->grid.dim;
+  PetscBool      flows  = PETSC_FALSE;
+  MPMFound       flat   = {-1, -1, {0}, {0}}; /* value: less the square of the least stretch */
+  char           at[MPM_NAME_LEN], what[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  for (PetscInt m = 0; m < l->scene->nmaterials; m++)
+    if (l->scene->materials[m].type->traits & MPM_PLASTIC) flows = PETSC_TRUE;
+  if (!flows) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt p = 0; p < l->view.n; p++) {
+    const MPMMaterial *m = core->params.materials + MPMKindOf(core->params.kinds, &l->view, p)->material;
+    MPMFound           found = {0, 16 * l->view.id[p], {0}, {0}};
+    PetscReal          b[6], squares[3], axes[3][3];
+
+    if (!(m->type->traits & MPM_PLASTIC)) continue;
+    MPMLeftCauchyGreen((int)dim, l->view.F + p * dim * dim, b);
+    MPMEigen((int)dim, b, squares, axes);
+    found.value = -squares[0];
+    for (PetscInt d = 0; d < dim; d++) {
+      found.value = PetscMax(found.value, -squares[d]);
+      found.x[d]  = l->view.x[p * dim + d];
+    }
+    MPMFoundTake(&flat, &found);
+  }
+  PetscCall(MPMFoundAgree(&flat, core->exchange.data));
+  if (flat.key < 0 || -flat.value > MPM_BOUND_squeezed * MPM_BOUND_squeezed) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMPlaceWords(dim, flat.x, at);
+  (void)snprintf(what, sizeof what,
+                 "particle %" PetscInt64_FMT " of %s at %s is squeezed to %.2g of its length, and plastic laws are known to "
+                 "be right in the total frame down to %g; use -method_frame updated",
+                 flat.key / 16, l->scene->bodies[MPMBodyOf(l->scene, flat.key / 16, 0)].name, at,
+                 (double)PetscSqrtReal(-flat.value), (double)MPM_BOUND_squeezed);
+  if (w->may_leave && !w->squeezed) PetscCall(MPMWarn(&core->print, "seen at t=%g s: %s", (double)core->t, what));
+  if (!w->may_leave && !core->stop[0])
+    (void)snprintf(core->stop, sizeof core->stop, "%.1500s, or go on all the same (-check_law warn)", what);
+  w->squeezed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene, PetscBool last)
+{
+  const PetscReal far = MPM_BOUND_meet * MPMGridSmallestH(&core->grid);
+  Look            l   = {.core = core, .scene = scene};
 
   PetscFunctionBeginUser;
   w->moved += core->params.dt * PetscSqrtReal(core->status.v2);
-  if (w->held && w->moved < MPM_BOUND_meet * MPMGridSmallestH(&core->grid)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (w->held && w->moved < far && !last) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMParticlesGetView(&core->particles, FIELDS, &l.view));
   PetscCall(PetscMalloc2(PetscMax(1, l.view.n), &l.body, 6 * scene->nbodies, &l.bound));
   for (PetscInt p = 0, b = 0; p < l.view.n; p++) l.body[p] = b = MPMBodyOf(scene, l.view.id[p], b);
   if (!w->held) PetscCall(Begin(w, &l));
-  if (w->moved >= MPM_BOUND_meet * MPMGridSmallestH(&core->grid)) {
-    w->moved = 0;
+  if (w->moved >= far || last) {
+    if (w->moved >= far) w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
     PetscCall(FindBounds(&l, PETSC_FALSE));
     PetscCall(LookAtWalls(w, &l, core));
+    PetscCall(LookAtFlow(w, &l, core));
     for (PetscInt a = 0; a < scene->nbodies; a++)
       for (PetscInt b = a + 1; b < scene->nbodies && !core->stop[0]; b++) {
         PetscBool meet;

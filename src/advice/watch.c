@@ -247,7 +247,7 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
     else if (w->grows_at < 0)
       w->grows_at = core->t;
   }
-  if (core->grid.total) PetscCall(MPMMeetLook(w, core, scene));
+  if (core->grid.total) PetscCall(MPMMeetLook(w, core, scene, last));
   if (w->ranges && (last || core->step % MPM_WATCH_LAWS == 0)) PetscCall(WatchRanges(w, core, scene));
   if (!w->neighbours || !(last || core->step % every[near] == 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WatchParting(w, core, scene, method, time));

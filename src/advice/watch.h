@@ -55,7 +55,7 @@ typedef struct {
      which bodies, and which bodies are joined; what has been told. */
   PetscReal  moved;
   PetscBool *held, *joined; /* [nbodies][6]; [nbodies][nbodies]; NULL before the first look */
-  PetscBool  joins, passed;
+  PetscBool  joins, passed, squeezed;
 
   MPMNeighbours *neighbours; /* [nbodies]; NULL: matter that parts is not looked for */
 } MPMWatch;
@@ -90,7 +90,7 @@ void           MPMPartingCure(const MPMScene *, PetscInt dim, const MPMFound *, 
 
 /* Looks, after a step of the total frame, whether bodies have met each other or a wall (meet.c), which it leaves in
    core.stop; the first look finds what is joined. Collective on exchange.data. MPMMeetDestroy frees what it keeps. */
-PetscErrorCode MPMMeetLook(MPMWatch *, MPMCore *, const MPMScene *);
+PetscErrorCode MPMMeetLook(MPMWatch *, MPMCore *, const MPMScene *, PetscBool last);
 PetscErrorCode MPMMeetDestroy(MPMWatch *);
 
 /* The rows of physics/range.def: the bits of those whose laws a scene has; a look at those of a set of bits, `asked`,
