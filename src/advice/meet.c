@@ -198,9 +198,9 @@ static PetscErrorCode LookAtWalls(MPMWatch *w, Look *l, MPMCore *core)
    once with -check_law warn. Collective on exchange.data. */
 static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
 {
-  const PetscInt dim    = core->grid.dim;
-  PetscBool      flows  = PETSC_FALSE;
-  MPMFound       flat   = {-1, -1, {0}, {0}}; /* value: less the square of the least stretch */
+  const PetscInt dim   = core->grid.dim;
+  PetscBool      flows = PETSC_FALSE;
+  MPMFound       flat  = {-1, -1, {0}, {0}}; /* value: less the square of the least stretch */
   char           at[MPM_NAME_LEN], what[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
@@ -208,7 +208,7 @@ static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
     if (l->scene->materials[m].type->traits & MPM_PLASTIC) flows = PETSC_TRUE;
   if (!flows) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt p = 0; p < l->view.n; p++) {
-    const MPMMaterial *m = core->params.materials + MPMKindOf(core->params.kinds, &l->view, p)->material;
+    const MPMMaterial *m     = core->params.materials + MPMKindOf(core->params.kinds, &l->view, p)->material;
     MPMFound           found = {0, 16 * l->view.id[p], {0}, {0}};
     PetscReal          b[6], squares[3], axes[3][3];
 
@@ -226,7 +226,8 @@ static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
   if (flat.key < 0 || -flat.value > MPM_BOUND_squeezed * MPM_BOUND_squeezed) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, flat.x, at);
   (void)snprintf(what, sizeof what,
-                 "particle %" PetscInt64_FMT " of %s at %s is squeezed to %.2g of its length, and plastic laws are known to "
+                 "particle %" PetscInt64_FMT
+                 " of %s at %s is squeezed to %.2g of its length, and plastic laws are known to "
                  "be right in the total frame down to %g; use -method_frame updated",
                  flat.key / 16, l->scene->bodies[MPMBodyOf(l->scene, flat.key / 16, 0)].name, at,
                  (double)PetscSqrtReal(-flat.value), (double)MPM_BOUND_squeezed);
@@ -250,7 +251,8 @@ PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene, Pe
   for (PetscInt p = 0, b = 0; p < l.view.n; p++) l.body[p] = b = MPMBodyOf(scene, l.view.id[p], b);
   if (!w->held) PetscCall(Begin(w, &l));
   if (w->moved >= far || last) {
-    if (w->moved >= far) w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
+    if (w->moved >= far)
+      w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
     PetscCall(FindBounds(&l, PETSC_FALSE));
     PetscCall(LookAtWalls(w, &l, core));
     PetscCall(LookAtFlow(w, &l, core));
