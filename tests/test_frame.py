@@ -188,6 +188,14 @@ def check_files():
     result = check.must("-options_file", check.scene("vortex"), *TOTAL, "-time_max_steps", "2")
     check.that("-method_update usl -method_transfer aflip -method_gimp_update stretch -method_basis gimp -dt_cfl 0.3 of the file stand aside" in result.out, "what stands aside is told")
     check.that("dt=" in result.out and "0.7 h/c\n" in result.out, "the default of C is 0.7")
+    bar = ["-grid_lower 0", "-grid_upper 2", "-grid_cells 16", *body("file", 1, file="points.csv"), "-body_b_ppc 2", "-time_end 0.01"]
+    check.write("points.csv", ["x,vx,Fxx,volume", *(f"{(k + 0.5) / 16},{k % 2},1.1,0.0625" for k in range(16))])
+    check.that("-body_b_file does not apply with -method_frame total: its particles are deformed" in run("points", bar, status=2).err, "deformed particles of a table are refused")
+    check.write("points.csv", ["x,vx,volume", *(f"{(k + 0.5) / 16},{k % 2},0.0625" for k in range(16))])
+    runs = [run("points", bar, n=n) for n in (1, 2)]
+    check.that(runs[0].digest == runs[1].digest, "particles of a table: one digest")
+    pool = run("pool", bar, "-parallel_strategy", "pool", n=2, status=2)
+    check.that("-parallel_strategy pool does not apply with -method_frame total: its workers hold no nodes" in pool.err, "the pool is refused")
 
 
 for part in parts or [name[6:] for name in list(globals()) if name.startswith("check_")]:

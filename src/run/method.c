@@ -113,7 +113,7 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points && scene->bodies[b].points->deformation)
       MPMOptionsFail(o,
-                     "-body_%s_points does not apply with -method_frame total: its particles are deformed at the start",
+                     "-body_%s_file does not apply with -method_frame total: its particles are deformed at the start",
                      scene->bodies[b].name);
     for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
       if (scene->bodies[b].ppc[d] < 2)
