@@ -46,10 +46,6 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   ex->pool_cells = MPMPoolEdge(core->basis, ex->pool_cells);
-  if (size > 1 && !strcmp(strategy, "pool") && core->grid.total)
-    MPMOptionsFail(o,
-                   "-parallel_strategy pool does not apply with -method_frame total: its workers hold no nodes; choose "
-                   "spatial");
   if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
     MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
   if (size > 1 && !strcmp(strategy, "spatial")) {

@@ -182,7 +182,8 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F);
-    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
+    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & (MPM_G2P_STRESS | MPM_G2P_TOTAL)) &&
+        !core->needs.stretched)
       phase->particles_in &= ~B(F);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
