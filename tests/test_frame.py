@@ -184,6 +184,17 @@ def check_flow():
     check.that(re.search("seen at t=.* is squeezed to", run("go", press, "-check_law", "warn").out), "or is warned of")
 
 
+def check_shock():
+    """A step of velocity runs through a bar: it rings, and -method_damping_rate takes the overshoot away and keeps the bits."""
+    bar = ["-grid_lower 0", "-grid_upper 1.5", "-grid_cells 96", *body("box", 1, lower="0", upper="1"), "-bc_xmin_type moving", "-bc_xmin_velocity 0.01",
+           "-time_end 0.016"]
+    for rate, least, most in ((0, 1.1, 1.3), (0.25, 0.99, 1.04)):
+        runs = [run(f"shock{n}", bar, "-method_damping_rate", rate, *more, "-output_format", "hdf5", n=n) for n, more in ((1, ()), (3, ()), (2, ("-parallel_strategy", "pool")))]
+        peak = check.particles("output/shock1.h5")["v"].max() / 0.01
+        check.that(least < peak < most, f"damping rate {rate}: the largest velocity is {peak:.3f} of the step")
+        check.that(len({r.digest for r in runs}) == 1, f"damping rate {rate}: one digest")
+
+
 def check_files():
     """The file of any scene serves both frames; what stands aside is told, and the rest is refused by name (refusals.txt)."""
     result = check.must("-options_file", check.scene("vortex"), *TOTAL, "-time_max_steps", "2")

@@ -37,7 +37,7 @@ struct _MPMPhase {
 };
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
-#define MPM_MAX_PHASES  30 /* rows of the table of phases */
+#define MPM_MAX_PHASES  40 /* rows of the table of phases */
 #define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC + 3)
 
 /* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. setup

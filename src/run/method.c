@@ -22,8 +22,7 @@ static const struct {
     {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
     {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
     {"method_order", NULL, "-method_mass_order is its order"},
-    {"method_damping_rate", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
-    {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -damping_time"},
+    {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -method_damping_rate"},
     {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
     {"method_gimp_update", "none", "the domains of particles are those of the start"},
     {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
@@ -66,6 +65,7 @@ PetscErrorCode MPMFrameSetFromOptions(MPM mpm, MPMOptions o)
   for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
     if (!strncmp(updated[k].name, "method_", 7)) PetscCall(PutAside(mpm, updated[k].name));
   if (!mpm->aside[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PutAside(mpm, "method_damping_rate"));
   PetscCall(PutAside(mpm, "method_basis"));
   PetscCall(PutAside(mpm, "dt_cfl"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -145,7 +145,9 @@ static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
   }
   mpm->method.scheme   = &MPMSchemeTotal;
   mpm->method.transfer = &MPMTransferTotal;
-  mpm->method.rate = mpm->method.viscosity = 0;
+  PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &mpm->method.rate, &set));
+  if (!set) mpm->method.rate = 0;
+  mpm->method.viscosity = 0;
   core->params.flip = core->params.strain = 1;
   core->params.light                      = 0;
   core->params.box = core->params.order = 0;

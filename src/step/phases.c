@@ -39,7 +39,7 @@
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. ADVANCES are those in which
    light nodes move with others. SHARE_TO_PARTICLES is for a transfer that works over a share of the step. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, P2G_TOTAL, P2G_NODES, ACCELERATE, ACCELERATE_AGAIN, KICK, KICK_AGAIN, START, START_AGAIN, G2P_TOTAL, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, P2G_TOTAL, P2G_NODES, ACCELERATE, ACCELERATE_AGAIN, KICK, KICK_AGAIN, START, START_AGAIN, SHOW, SMOOTH, G2P_TOTAL, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b) | B(S)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -70,6 +70,8 @@ static const MPMPhase phases[NUM_PHASES] = {
   [KICK_AGAIN]        = NODES("KICK", MPMNodesKickAgain, 10),
   [START]             = VELOCITIES("START", MPMNodesStart, 1),
   [START_AGAIN]       = VELOCITIES("START", MPMNodesStartAgain, 3),
+  [SHOW]              = VELOCITIES("SHOW", MPMNodesShow, 0),
+  [SMOOTH]            = VELOCITIES("SMOOTH", MPMNodesSmooth, 4),
   [G2P_TOTAL]         = TO_PARTICLES("G2P_TOTAL", MPM_G2P_TOTAL, WHERE | B(id) | STATE, B(x) | B(v) | STATE),
 };
 /* clang-format on */
@@ -202,11 +204,12 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
 }
 
 /* Sets the program of a step in the total frame, whose mass matrix has this order: order - 1 corrections of the
-   acceleration, the last of which moves the nodes. */
-static void TotalProgram(MPMCore *core, PetscInt order)
+   acceleration, the last of which moves the nodes. damped: before, velocities are smoothed. */
+static void TotalProgram(MPMCore *core, PetscInt order, PetscBool damped)
 {
-  const int first[2] = {P2G_TOTAL, order > 1 ? ACCELERATE : KICK};
+  const int first[2] = {P2G_TOTAL, order > 1 ? ACCELERATE : KICK}, smooth[3] = {SHOW, P2G_NODES, SMOOTH};
 
+  for (PetscInt k = 0; k < 3 && damped; k++) core->program[core->nprogram++] = &core->phases[smooth[k]];
   for (PetscInt k = 0; k < 2; k++) core->program[core->nprogram++] = &core->phases[first[k]];
   for (PetscInt n = 1; n < order; n++) {
     core->program[core->nprogram++] = &core->phases[P2G_NODES];
@@ -235,7 +238,7 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
   if (core->grid.total) {
-    TotalProgram(core, method->mass);
+    TotalProgram(core, method->mass, (PetscBool)(method->rate > 0));
     MPMReactionsSetUp(core);
     PetscFunctionReturn(PETSC_SUCCESS);
   }

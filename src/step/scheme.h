@@ -100,6 +100,8 @@ void MPMNodesAccelerate(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesAccelerateAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesKick(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesKickAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesShow(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesSmooth(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesStart(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesStartAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesVolume(const MPMParams *, const MPMPatch *, const MPMNodes *); /* volume.c */

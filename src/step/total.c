@@ -97,6 +97,23 @@ MPM_INLINE void StartRow(int dim, const MPMParams *par, const MPMGrid *grid, con
   }
 }
 
+/* Shows the particles the velocities of nodes, in the motion; `again` takes the share 1 - flip of them from p/m, where p are
+   the sums of m times what the particles read: the mean of what the nodes around have, which leaves waves of many cells
+   and damps those of two. */
+MPM_INLINE void SmoothRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+{
+  const PetscBool walled = RowWalled(par, grid, r);
+
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n = r->sum + i;
+    PetscReal     *v = r->state + i * MPM_MOTION_NC(dim) + dim;
+
+    for (int d = 0; d < dim && again && n->m > 0; d++) v[d] += (1 - par->flip) * (n->p[d] / n->m - v[d]);
+    if (again) Hold(par, grid, r, walled, i, v);
+    for (int d = 0; d < dim; d++) r->motion[i * MPM_MOTION_NC(dim) + d] = v[d];
+  }
+}
+
 /* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
 #define NODE_KERNEL(name, what, again)                                                                                 \
   void MPMNodes##name(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
@@ -109,6 +126,8 @@ NODE_KERNEL(Accelerate, AccelerateRow, 0)
 NODE_KERNEL(AccelerateAgain, AccelerateRow, 1)
 NODE_KERNEL(Kick, KickRow, 0)
 NODE_KERNEL(KickAgain, KickRow, 1)
+NODE_KERNEL(Show, SmoothRow, 0)
+NODE_KERNEL(Smooth, SmoothRow, 1)
 NODE_KERNEL(Start, StartRow, 0)
 NODE_KERNEL(StartAgain, StartRow, 1)
 
