@@ -1397,12 +1397,12 @@ static PetscErrorCode TestMethods(int dim, MPMBasis basis, MPMWallBasis wall)
   PetscFunctionBeginUser;
   for (const MPMScheme *scheme = MPMSchemes; scheme->name; scheme++) {
     for (const MPMTransfer *transfer = MPMTransfers; transfer->name; transfer++) {
-      const MPMMethod m = {scheme, transfer, 0, 0};
+      const MPMMethod m = {scheme, transfer, 0, 0, 0};
 
       if (!Again(transfer)) PetscCall(TestMethod(dim, basis, wall, &m, PETSC_FALSE, PETSC_FALSE));
     }
     {
-      const MPMMethod m = {scheme, MPMTransfers, 0, 0};
+      const MPMMethod m = {scheme, MPMTransfers, 0, 0, 0};
 
       CHECK(!MPMTransfers[0].parts && MPMTransfers[0].rounds == MPM_NO_ROUNDS); /* flip */
       PetscCall(TestMethod(dim, basis, wall, &m, PETSC_TRUE, PETSC_FALSE));

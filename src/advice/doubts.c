@@ -160,9 +160,9 @@ static PetscErrorCode WarnLocking(const MPMCore *core, const MPMScene *scene)
     if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks)) continue;
     PetscCall(MPMWarn(
         &core->print,
-        "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or -method_locking fbar",
+        "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or %s-method_locking fbar",
         m->name, (double)m->nu, MPMBasisNames[core->basis], spline ? "too stiff on coarse grids" : "far too stiff",
-        spline ? "" : "bspline2 and "));
+        spline ? "" : "bspline2 and ", core->grid.total ? "-method_frame updated with " : ""));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -277,7 +277,7 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
   PetscReal   nu   = 0;
 
   PetscFunctionBeginUser;
-  if (method->viscosity > 0 || MPMDampingIsOn(core)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (method->viscosity > 0 || core->grid.total || MPMDampingIsOn(core)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody     *b = &scene->bodies[k];
     const MPMMaterial *m = &scene->materials[b->material];

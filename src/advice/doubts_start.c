@@ -248,7 +248,7 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
         " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; shift them by "
         "-body_<b>_offset",
         scene->on_line));
-  for (PetscInt k = 0; k < 2 * core->grid.dim && !advances; k++)
+  for (PetscInt k = 0; k < 2 * core->grid.dim && !advances && !core->grid.total; k++)
     PetscCall(MPMSceneWallAdvances(scene, core, k, time->end, &advances));
   if (advances)
     PetscCall(MPMWarn(

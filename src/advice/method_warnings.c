@@ -173,7 +173,7 @@ static PetscErrorCode WarnOfSpin(MPMCore *core, const MPMScene *scene, const MPM
 
   PetscFunctionBeginUser;
   if (dim == 1 || (affine && method->transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (method->transfer->bounds == MPM_BOUNDS_UNKNOWN) PetscFunctionReturn(PETSC_SUCCESS);
+  if (method->transfer->bounds == MPM_BOUNDS_UNKNOWN || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {

@@ -88,6 +88,7 @@ PetscErrorCode MPMReportMethod(const MPMCore *core, const MPMScene *scene, const
                                                                           : "",
                      method->scheme->name));
   PetscCall(MPMPrint(&core->print, "%s", transfer->name));
+  if (core->grid.total) PetscCall(MPMPrint(&core->print, " mass order %" PetscInt_FMT, method->mass));
   if (transfer->rounds != MPM_NO_ROUNDS) PetscCall(MPMPrint(&core->print, " %" PetscInt_FMT, core->params.order));
   if (transfer->flip < 0 && core->params.flip < 1) PetscCall(MPMPrint(&core->print, " %g", (double)core->params.flip));
   if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))

@@ -42,7 +42,7 @@ PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *s
   PetscFunctionBeginUser;
   w->ranges = MPMRangesOf(scene);
   for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
-  if (!may) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!may || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(scene->nbodies, &w->neighbours));
   for (PetscInt b = 0; b < scene->nfilled; b++)
     if (MPMNeighboursMay(&scene->materials[scene->bodies[b].material]))
@@ -55,6 +55,7 @@ PetscErrorCode MPMWatchDestroy(MPMWatch *w, const MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < scene->nbodies && w->neighbours; b++) PetscCall(MPMNeighboursDestroy(&w->neighbours[b]));
   PetscCall(PetscFree(w->neighbours));
+  PetscCall(MPMMeetDestroy(w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -248,6 +249,7 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
     else if (w->grows_at < 0)
       w->grows_at = core->t;
   }
+  if (core->grid.total) PetscCall(MPMMeetLook(w, core, scene, last));
   if (w->ranges && (last || core->step % MPM_WATCH_LAWS == 0)) PetscCall(WatchRanges(w, core, scene));
   if (!w->neighbours || !(last || core->step % every[near] == 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WatchParting(w, core, scene, method, time));

@@ -51,6 +51,12 @@ typedef struct {
   PetscReal  grows_at;                /* s: since when the energy grows without a cause; -1: it does not */
   PetscBool  stopped;                 /* has a check of the watch ended the run? */
 
+  /* Of the total frame (meet.c): how far the fastest particle may have come since the last look, m; which walls hold
+     which bodies, and which bodies are joined; what has been told. */
+  PetscReal  moved;
+  PetscBool *held, *joined; /* [nbodies][6]; [nbodies][nbodies]; NULL before the first look */
+  PetscBool  joins, passed, squeezed;
+
   MPMNeighbours *neighbours; /* [nbodies]; NULL: matter that parts is not looked for */
 } MPMWatch;
 
@@ -81,6 +87,11 @@ PetscErrorCode MPMPartingCrack(const MPMCore *, const MPMScene *, const MPMNeigh
 void           MPMPartingTell(const MPMWatch *, const MPMCore *, const MPMScene *, const MPMFound *, PetscBool parted,
                               char text[MPM_TEXT_LEN]);
 void           MPMPartingCure(const MPMScene *, PetscInt dim, const MPMFound *, char text[MPM_TEXT_LEN]);
+
+/* Looks, after a step of the total frame, whether bodies have met each other or a wall (meet.c), which it leaves in
+   core.stop; the first look finds what is joined. Collective on exchange.data. MPMMeetDestroy frees what it keeps. */
+PetscErrorCode MPMMeetLook(MPMWatch *, MPMCore *, const MPMScene *, PetscBool last);
+PetscErrorCode MPMMeetDestroy(MPMWatch *);
 
 /* The rows of physics/range.def: the bits of those whose laws a scene has; a look at those of a set of bits, `asked`,
    which sets *beyond to the bits of those whose bound is passed, *lost to those of which the result means nothing, and

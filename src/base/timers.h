@@ -20,7 +20,7 @@ enum {
   MPM_TIMER_OTHER,
   MPM_TIMER_PHASES /* the number of the first phase */
 };
-#define MPM_MAX_TIMERS 32
+#define MPM_MAX_TIMERS 48
 #define MPM_MAX_OPEN   4 /* timers that may be open at once, each inside the one before */
 
 /* The processor time of the work, a row for each step and a column for each timer. */

@@ -35,6 +35,12 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, Pet
   return PETSC_TRUE;
 }
 
+/* Returns the positions [n][dim], m, whose cells and weights count: those of the start in the total frame. */
+MPM_INLINE const PetscReal *MPMPlaces(const MPMGrid *grid, const MPMView *view)
+{
+  return grid->total ? view->X : view->x;
+}
+
 /* Returns the half-widths [dim] in cells of particle p of a view: its own, or those of its kind. */
 MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
 {

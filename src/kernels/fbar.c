@@ -86,7 +86,7 @@ MPM_INLINE MPMReal Growth(int dim, int round, PetscReal dt, const MPMReal *L)
 MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
 {
   const MPMInterpolateBlocks gradients = MPM_LANES_NAME(
-      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][patch->grid->round ? 2 : 0][1];
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][patch->grid->round ? 3 : 0][1];
   const int      round = dim == 2 && patch->grid->round;
   const MPMRange all = {0, patch->particles.n, 0};
   MPMBlockOrder  o;

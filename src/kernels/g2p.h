@@ -150,6 +150,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     }
     if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, PetscMin(next, o->n), o->particle, s, b, status);
     law->speed2[MPMLawForm(m, dim)](m, first, next, b, c2);
+    if (patch->grid->total) MPMReferenceSpeed2(dim, b, from, next, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       found->c2 = MPMMax(found->c2, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
@@ -170,26 +171,28 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
 
   if (out) MPMRareWrap(dim, patch, o->n, o->particle);
   n = MPMList(out ? ~(uint64_t)0 : ~found->sure, o->n, which);
-  if (n) MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
+  if (n)
+    MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
    and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
-  const int      round  = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
-  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : round ? 2 : 0;
-  const MPMView *particles               = &patch->particles;
-  const MPMRange all                     = {0, particles->n, 0};
+  const int stress    = parts & MPM_G2P_STRESS ? 1 : 0,
+            gradients = stress || parts & (MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
+  const int round     = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
+  const int motion    = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : round ? 3 : 0;
+  const MPMView             *particles   = &patch->particles;
+  const MPMRange             all         = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][gradients];
-  MPMBlockOrder o;
+  MPMBlockOrder       o;
   MPMFound            found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), MPMNone(), 0};
-  MPMComponent  value[6], L[9], r[3];
+  MPMComponent        value[6], L[9], r[3];
   MPMComponent *const vn = value, *const an = value + dim; /* sum phi v', sum phi a */
-  MPMStencils   s;
-  MPMBlock      b;
+  MPMStencils s;
+  MPMBlock    b;
 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&b, 0, sizeof b);
@@ -205,6 +208,12 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (round) MPMRoundGradient(&o, &s, vn[0], L);
     if (parts & MPM_G2P_VOLUME) {
       MPM_LANES_NAME(MPMRelaxVolumes)(dim, par, patch, &o, &s, value, L);
+      continue;
+    }
+    if (parts & MPM_G2P_TOTAL) {
+      state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
+      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found.v2, &found.bad);
+      MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }
     if (parts & MPM_G2P_FILTER) {

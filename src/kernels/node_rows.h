@@ -11,6 +11,7 @@ typedef struct {
   PetscInt      first, last, ijk[3]; /* ijk: the number of node 0 in the grid */
   MPMNode      *sum;                 /* the first line; of the others by MPMNodesSum */
   PetscReal    *motion;              /* [MPM_MOTION_NC(dim)] each */
+  PetscReal    *state;               /* as motion: displacement and velocity in the total frame, else NULL */
   MPMNodeValues value;
   PetscInt      line; /* from a line of sums to the next one, in records */
 } MPMNodes;
@@ -30,6 +31,7 @@ MPM_INLINE void MPMNodesRow(const MPMPatch *patch, PetscInt j, PetscInt k, MPMNo
   r->ijk[2] = patch->own_lo[2] + k;
   r->sum    = patch->node + at;
   r->motion = patch->motion + at * MPM_MOTION_NC(dim);
+  r->state  = patch->state ? patch->state + at * MPM_MOTION_NC(dim) : NULL;
   r->line   = patch->n[0] * patch->n[1] * patch->n[2];
 #define MPM_NODE_VALUE(name, nc, unit, meaning) r->value.name = patch->value.name + at * MPMNodeComponents_##name(dim);
 #include "kernels/node.def"

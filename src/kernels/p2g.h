@@ -6,6 +6,7 @@
 #include "kernels/fbar.h"
 #include "kernels/node_sums.h"
 #include "kernels/tile_sums.h"
+#include "kernels/total.h"
 #include "kernels/transfer.h"
 #include "kernels/volume.h"
 
@@ -25,7 +26,11 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
-    MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
+    if (parts & MPM_P2G_NODES)
+      MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][2][0](o, s, patch->n, patch->motion,
+                                                                                         v, NULL);
+    else
+      MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
     if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->particles.C, o, C);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal m = MPMRead(&s->m[l]);
@@ -62,6 +67,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMLoad(dim * dim, patch->particles.S, o, l, less);
         for (int k = 0; k < dim * dim; k++) S[k] -= less[k];
       }
+      if (parts & MPM_P2G_TOTAL) MPMPiola(dim, b, l, S);
       for (int e = dim == 2 ? 1 : 0; e < dim; e++) { /* in 2-D once */
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 

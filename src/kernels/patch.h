@@ -110,6 +110,7 @@ typedef struct {
   MPMNode   *node;              /* [lines][n2][n1][n0] sums, complete for own nodes */
   PetscReal *motion;            /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
   MPMNodeValues value;          /* of own nodes */
+  PetscReal    *state; /* [n2][n1][n0][MPM_MOTION_NC] m, m/s: of own nodes in the total frame, displacement and velocity; or NULL */
   MPMSpan      *span;           /* [n2][n1] */
   PetscReal    *boxes;          /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
   void (*meanwhile)(void *ctx); /* called after every few blocks of P2G, so that messages progress; or NULL */

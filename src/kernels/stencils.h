@@ -108,7 +108,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 {
   uint64_t ends = 0;
 
-  MPMGather(dim, patch->particles.x, o, s->x);
+  MPMGather(dim, patch->grid->total ? patch->particles.X : patch->particles.x, o, s->x);
   for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
     const PetscInt kind = patch->particles.kind[o->particle[l]];
 
@@ -142,11 +142,11 @@ MPM_INLINE void MPMRoundGradient(const MPMBlockOrder *o, const MPMStencils *s, c
 }
 
 /* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
-   [dim-1][nodes per axis - 2][motion: 0 none, 1 v and a, 2 the first component of v, in 2-D][stress].
+   [dim-1][nodes per axis - 2][motion: 0 none, 1 all of it, 2 its first dim numbers, 3 the first one, in 2-D][stress].
    nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt n[],
                                      const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
-extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][3][2];
+extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][4][2];
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 

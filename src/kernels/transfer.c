@@ -32,7 +32,7 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   const PetscInt to_nodes     = parts & MPM_P2G_CORE || MPMNodeLines(parts) > 1 ? 1 : 0;
   const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER |
-                                         MPM_G2P_VOLUME)
+                                         MPM_G2P_VOLUME | MPM_G2P_TOTAL)
                                     ? 1
                                     : 0;
 

@@ -245,7 +245,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                                                             const PetscInt n[], const PetscReal *nodes,                \
                                                             MPMComponent *value, MPMComponent *gradient)               \
   {                                                                                                                    \
-    const int values = (motion) == 1 ? 2 * dim : (motion) == 2 ? 1 : 0;                                                \
+    const int values = (motion) == 1 ? 2 * dim : (motion) == 2 ? dim : (motion) == 3 ? 1 : 0;                          \
                                                                                                                        \
     MPMInterpolateBlock(dim, ns, values, stress, o, s, n, nodes, value, gradient);                                     \
   }
@@ -258,8 +258,9 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   MPM_SUM_BLOCK(dim, ns, 2, 1)                                                                                         \
   MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
-  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
-#define MPM_DEFINE_ROUND(dim, ns) MPM_INTERPOLATE_BLOCK(dim, ns, 2, 1)
+  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)                                                                                 \
+  MPM_INTERPOLATE_BLOCK(dim, ns, 2, 0)
+#define MPM_DEFINE_ROUND(dim, ns) MPM_INTERPOLATE_BLOCK(dim, ns, 3, 1)
 MPM_FOR_ALL(MPM_DEFINE)
 MPM_DEFINE_ROUND(2, 2)
 MPM_DEFINE_ROUND(2, 3)
@@ -272,10 +273,11 @@ MPM_FOR_ALL(MPM_SUM_LINE)
                        {SumBlock_##dim##ns##_20, SumBlock_##dim##ns##_21}},
 #define MPM_INTERPOLATE_ENTRY(dim, ns)                                                                                 \
   [dim - 1][ns - 2] = {{NULL, InterpolateBlock_##dim##ns##_01},                                                        \
-                       {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11}},
+                       {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11},                             \
+                       {InterpolateBlock_##dim##ns##_20, NULL}},
 #define MPM_LINE_ENTRY(dim, ns) [dim - 1][ns - 2] = SumLine_##dim##ns,
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][3][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumLine)[3][3]                = {MPM_FOR_ALL(MPM_LINE_ENTRY)};
-const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][3][2] = {
-    MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)[1][0][2][1] = InterpolateBlock_22_21, [1][1][2][1] = InterpolateBlock_23_21,
-    [1][2][2][1] = InterpolateBlock_24_21};
+const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][4][2] = {
+    MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)[1][0][3][1] = InterpolateBlock_22_31, [1][1][3][1] = InterpolateBlock_23_31,
+    [1][2][3][1] = InterpolateBlock_24_31};

@@ -37,7 +37,7 @@ struct _MPMPhase {
 };
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
-#define MPM_MAX_PHASES  24 /* rows of the table of phases */
+#define MPM_MAX_PHASES  40 /* rows of the table of phases */
 #define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC + 3)
 
 /* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. setup
@@ -72,6 +72,7 @@ typedef struct {
   DM                     da;         /* the nodes of the grid, with their motion */
   DM                     sums[MPM_NODE_LINES]; /* the same nodes, with the lines of their sums */
   Vec                    motion;     /* the local vector whose array patch.motion is */
+  Vec                    state;      /* of the total frame, the one of patch.state; else NULL */
   Vec                    node_sums[MPM_NODE_LINES]; /* local vectors, whose arrays follow each other in patch.node */
   MPMBalance             balance;    /* -parallel_balance */
   PetscBool              direct;     /* -parallel_migrate direct */
@@ -212,6 +213,9 @@ struct _MPMCore {
   MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
+  PetscReal      *before;    /* of the total frame, if energy or walls are followed: patch.state before the nodes move */
+  PetscReal       half;      /* of the total frame: work of gravity in the first step, whose kick is half, see MPMTotalHalf, J */
+  PetscReal       passed[6]; /* of the total frame: how far the wall of each face has moved along its axis, m */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */
   PetscInt        step;
   char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */

@@ -23,6 +23,11 @@ PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], Pet
   PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da, lines));
   PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
   PetscCall(PetscObjectSetName((PetscObject)ex->motion, "motion"));
+  if (core->grid.total) {
+    PetscCall(DMCreateLocalVector(ex->da, &ex->state));
+    PetscCall(PetscObjectSetName((PetscObject)ex->state, "state"));
+    PetscCall(VecGetArray(ex->state, &ex->patch.state)); /* as long as there is the vector */
+  }
   for (PetscInt line = 0; line < lines; line++)
     PetscCall(MPMGridCreateSums(&ex->patch, ex->da, line, &ex->sums[line], &ex->node_sums[line]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -36,6 +41,8 @@ PetscErrorCode MPMExchangeDestroyGrid(MPMCore *core)
   PetscCall(MPMLightDestroy(&ex->light));
   for (PetscInt line = 0; line < MPM_NODE_LINES; line++) PetscCall(VecDestroy(&ex->node_sums[line]));
   PetscCall(VecDestroy(&ex->motion));
+  if (ex->state) PetscCall(VecRestoreArray(ex->state, &ex->patch.state));
+  PetscCall(VecDestroy(&ex->state));
   PetscCall(MPMPatchDestroy(&ex->patch));
   for (PetscInt line = 0; line < MPM_NODE_LINES; line++) PetscCall(DMDestroy(&ex->sums[line]));
   PetscCall(DMDestroy(&ex->da));

@@ -7,7 +7,8 @@
 #include "parallel/spatial.h"
 
 #define FIELDS                                                                                                         \
-  (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a particle is */
+  (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) |                                             \
+   MPM_BIT(l)) /* that say where a particle is */
 
 /* Finds the process that owns the cell where particle p of the view is now, and how many boxes away it is (hops). */
 static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner,
@@ -19,7 +20,8 @@ static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMVie
 
   PetscFunctionBeginUser;
   PetscCheck(MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
-                       view->x + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base),
+                       MPMPlaces(&core->grid, view) + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi,
+                       base),
              PETSC_COMM_SELF, PETSC_ERR_PLIB, "particle %" PetscInt64_FMT " has no cell", view->id[p]);
   *owner = MPMSpatialOwner(s, &core->grid, base, hops);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -90,7 +92,8 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
 
     if (p >= view.n || view.cell[p] >= 0) continue;
     view.cell[p] = MPMOwnCell((int)dim, core->basis, patch, MPMKindOf(core->params.kinds, &view, p)->copy,
-                              view.x + p * dim, MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
+                              MPMPlaces(&core->grid, &view) + p * dim,
+                              MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);
     s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));

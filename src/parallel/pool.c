@@ -134,7 +134,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
                                (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &job, sizeof job);
   m = MPMPoolPack(&core->particles, phase->particles_in, at, c->n, slot->list, slot->out + sizeof job);
-  if (!to_nodes) /* the motion of nodes, row by row */
+  if (MPMPoolReads(phase)) /* the motion of nodes, row by row */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += row)
         memcpy(m,

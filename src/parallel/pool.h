@@ -1,6 +1,6 @@
 /* pool.h - what the master (pool.c) and the workers (worker.c) of the pool share: the messages of a transfer.
 
-   master -> worker   MPMJob, the particles' fields that the phase declares, then for nodes-to-particles the node motion
+   master -> worker   MPMJob, the particles' fields that the phase declares, then the node motion if the phase reads it
    worker -> master   MPMStatus, then the sums of the tiles that have particles, or the fields of the particles */
 #ifndef MPM_POOL_H
 #define MPM_POOL_H
@@ -17,6 +17,12 @@ typedef struct {
   PetscInt  n;                  /* particles that follow */
   PetscReal dt, kick, flip, push; /* s, s; share of FLIP; of the relaxation of volumes */
 } MPMJob;
+
+/* Returns whether a transfer reads the motion of nodes. */
+MPM_INLINE PetscBool MPMPoolReads(const MPMPhase *phase)
+{
+  return phase->kind == MPM_NODES_TO_PARTICLES || phase->parts & MPM_P2G_NODES ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* worker.c describes these functions. */
 void           MPMPoolBox(MPMCore *, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *);

@@ -218,8 +218,9 @@ PetscErrorCode MPMHistogramAddView(MPMHistogram *h, const MPMCore *core, const M
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy, view->x + p * dim,
-                    MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
+    (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
+                    MPMPlaces(&core->grid, view) + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi,
+                    base);
     for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
     PetscCall(MPMHistogramAdd(h, base, 1));
   }
@@ -235,7 +236,7 @@ static void FindCells(const MPMCore *core, MPMView *view)
     PetscInt base[3] = {0};
 
     view->cell[p] = MPMOwnCell((int)dim, core->basis, &core->exchange.patch,
-                               MPMKindOf(core->params.kinds, view, p)->copy, view->x + p * dim,
+                               MPMKindOf(core->params.kinds, view, p)->copy, MPMPlaces(&core->grid, view) + p * dim,
                                MPMHalfWidths((int)dim, core->params.kinds, view, p), base);
   }
 }
@@ -245,7 +246,7 @@ static PetscErrorCode Recut(MPMCore *core)
 {
   MPMExchange   *ex     = &core->exchange;
   MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMPartition   part   = {.costs = ex->partition.costs};
   PetscMPIInt    size, rank, gain = 0;
   MPMHistogram   h;
@@ -289,7 +290,7 @@ static PetscErrorCode Recut(MPMCore *core)
 PetscErrorCode MPMExchangeDistribute(MPMCore *core)
 {
   MPMSpatial    *s      = (MPMSpatial *)core->exchange.ctx;
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   PetscInt64     left, hops;
   MPMView        view;
 

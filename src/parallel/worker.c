@@ -57,8 +57,8 @@ typedef struct {
   void     *field[MPM_NUM_FIELDS];                     /* [capacity][components] of the particles */
   PetscInt *identity, capacity;                        /* [capacity] 0, 1, 2, ... */
   MPMRange  all;                                       /* the run of all particles */
-  char     *in, *out, *nodes;                          /* job, answer, sums of tiles or motion of nodes */
-  size_t    in_capacity, out_capacity, nodes_capacity; /* bytes */
+  char     *in, *out, *nodes, *motion; /* job, answer, sums of tiles, motion of nodes */
+  size_t    in_capacity, out_capacity, nodes_capacity, motion_capacity; /* bytes */
 } Memory;
 
 /* Gives the patch's tiles with particles memory for their sums, and renumbers the particles' cells over the patch's
@@ -135,14 +135,14 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
   if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)memory->field[MPM_FIELD_INDEX_##name];
 #include "physics/fields.def"
 #undef MPM_FIELD
-  if (!to_nodes) {
+  if (MPMPoolReads(phase)) {
     const size_t motions = (size_t)MPMPatchNodes(patch) * MPM_MOTION_NC(dim) * sizeof(PetscReal);
 
-    PetscCall(MPMMessageRoom(&memory->nodes, &memory->nodes_capacity, motions));
-    patch->motion = (PetscReal *)memory->nodes;
+    PetscCall(MPMMessageRoom(&memory->motion, &memory->motion_capacity, motions));
+    patch->motion = (PetscReal *)memory->motion;
     memcpy(patch->motion, m, motions);
-  } else
-    PetscCall(PlaceTiles(core, phase, job, memory));
+  }
+  if (to_nodes) PetscCall(PlaceTiles(core, phase, job, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -234,5 +234,6 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
   PetscCall(PetscFree(memory.in));
   PetscCall(PetscFree(memory.out));
   PetscCall(PetscFree(memory.nodes));
+  PetscCall(PetscFree(memory.motion));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -247,7 +247,7 @@ PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 /* Computes the cells of all particles anew and makes the order. All must lie in cells of the patch. Not collective. */
 PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch, const MPMKind *kinds)
 {
-  const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -255,7 +255,8 @@ PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch
   for (PetscInt p = 0; p < view.n; p++) {
     PetscInt base[3] = {0};
 
-    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, MPMKindOf(kinds, &view, p)->copy, view.x + p * d,
+    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, MPMKindOf(kinds, &view, p)->copy,
+                              MPMPlaces(patch->grid, &view) + p * d,
                               MPMHalfWidths((int)d, kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p],

@@ -20,6 +20,7 @@ typedef struct {
   PetscReal    lower[3], upper[3], h[3];           /* m */
   PetscBool    periodic[3];
   PetscBool    round;         /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
+  PetscBool    total; /* weights and cells are those of reference positions, field X (docs/method.md, The total frame) */
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 

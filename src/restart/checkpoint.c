@@ -1,6 +1,7 @@
 /* checkpoint.c - the file of a checkpoint. It is an HDF5 file,
 
    /run         datasets and texts: what the run keeps beside its particles (MPMVariable)
+   /nodes       in the total frame: state [z][y][x][2 dim], displacements and velocities of the nodes
    /particles   a dataset [N] or [N][components] for each field of the state, in double or as 64-bit integers, in any
                 sequence of particles
 
@@ -16,6 +17,7 @@
 #include "results/hdf5.h"
 #include "results/output.h"
 #include "results/provenance.h"
+#include "results/rows.h"
 
 #define HEAD   512                     /* bytes of the user block */
 #define FORMAT "pebble checkpoint 1\n" /* its first line; a program that reads other files has another number */
@@ -191,8 +193,52 @@ static PetscErrorCode MakeFields(MPMFile *file, const MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the rows of the particles here, which begin with row `first`. */
-static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt64 first)
+/* Makes a dataset for the state of the nodes in the total frame: all that are stored, layers beyond walls too. */
+static PetscErrorCode MakeNodes(MPMFile *file, const MPMGrid *grid)
+{
+  const hsize_t size[4] = {(hsize_t)grid->nodes[2], (hsize_t)grid->nodes[1], (hsize_t)grid->nodes[0],
+                           (hsize_t)MPM_MOTION_NC(grid->dim)};
+  hid_t         group   = -1;
+
+  PetscFunctionBeginUser;
+  if (file->file >= 0) H5(group = H5Gcreate2(file->file, "nodes", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(MPMFileDataset(file, group, "state", "m m/s", NULL, PETSC_FALSE, 4, size));
+  if (group >= 0) H5(H5Gclose(group));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes it to dataset `set`. Collective on exchange.data. */
+static PetscErrorCode WriteNodes(MPMFile *file, const MPMCore *core, PetscInt set)
+{
+  const MPMGrid  *grid  = &core->grid;
+  const MPMPatch *patch = &core->exchange.patch;
+  const PetscInt  nc    = MPM_MOTION_NC(grid->dim);
+  PetscInt       *row, at = 0;
+  PetscReal      *here, *sorted;
+  MPMRows         rows;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(patch->own_n[0] * patch->own_n[1] * patch->own_n[2], &row));
+  PetscCall(PetscMalloc1(patch->own_n[0] * patch->own_n[1] * patch->own_n[2] * nc, &here));
+  MPM_FOR_OWN_ROWS(patch, r)
+  for (PetscInt i = patch->own_lo[0] - patch->lo[0], n = 0; n < patch->own_n[0]; n++, at++) {
+    row[at] = ((r.ijk[2] + grid->layers[2]) * grid->nodes[1] + r.ijk[1] + grid->layers[1]) * grid->nodes[0] + r.ijk[0] +
+              grid->layers[0] + i + n;
+    PetscCall(PetscArraycpy(here + at * nc, r.state + (i + n) * nc, nc));
+  }
+  PetscCall(MPMRowsCreate(core->exchange.data, grid->nodes[0] * grid->nodes[1] * grid->nodes[2], at, row, &rows));
+  PetscCall(PetscCalloc1(PetscMax(1, rows.n * nc), &sorted));
+  PetscCall(MPMRowsSend(&rows, nc, here, sorted));
+  PetscCall(MPMFileWriteWords(file, set, (PetscInt64)rows.first * nc, (PetscInt64)rows.n * nc, sorted));
+  PetscCall(PetscSFDestroy(&rows.sf));
+  PetscCall(PetscFree(row));
+  PetscCall(PetscFree(here));
+  PetscCall(PetscFree(sorted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the rows of the particles here, which begin with row `first`, and sets *number to that of the next dataset. */
+static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt64 first, PetscInt *number)
 {
   PetscInt set = 0;
 
@@ -212,6 +258,7 @@ static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt
     PetscCall(PetscFree(whole));
     PetscCall(MPMParticlesRestoreField(particles, f));
   }
+  *number = set;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,7 +269,7 @@ PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMSce
 {
   char       head[HEAD];
   PetscInt64 first, n = core->particles.n;
-  PetscInt   rows = 0;
+  PetscInt   rows = 0, set = 0;
   uint64_t   sum;
   size_t     room;
   MPMFile    file;
@@ -235,8 +282,10 @@ PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMSce
   PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
   PetscCall(WriteKept(&file, kept, core->exchange.data));
   PetscCall(MakeFields(&file, &core->particles));
+  if (core->grid.total) PetscCall(MakeNodes(&file, &core->grid));
   PetscCall(MPMFileLay(&file));
-  PetscCall(WriteRows(&file, &core->particles, first - n));
+  PetscCall(WriteRows(&file, &core->particles, first - n, &set));
+  if (core->grid.total) PetscCall(WriteNodes(&file, core, set));
   PetscCall(MPMFileSum(&file, HEAD, &sum));
   MakeHead(head, (size_t)file.length, sum);
   *bytes = (PetscReal)file.length;

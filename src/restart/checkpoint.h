@@ -12,6 +12,7 @@ PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm, char fault[MPM_TE
 PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, const MPMVariables *kept, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscInt field, PetscInt64 first, PetscInt n,
                                  void *rows);
+PetscErrorCode MPMCheckpointNodes(const char path[], const MPMGrid *, MPMPatch *);
 PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN]);
 PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm, char names[MPM_TEXT_LEN]);
 

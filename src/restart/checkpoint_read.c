@@ -151,7 +151,55 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particle
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the state of the nodes of this process, of a checkpoint of the total frame, into the arrays of its patch. Not
+   collective. */
+PetscErrorCode MPMCheckpointNodes(const char path[], const MPMGrid *grid, MPMPatch *patch)
+{
+  const PetscInt nc       = MPM_MOTION_NC(grid->dim);
+  hsize_t        start[4] = {0}, count[4] = {0}, size[4] = {0};
+  PetscReal     *read;
+  hid_t          file, set, space, memory;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) {
+    start[2 - d] = (hsize_t)(patch->own_lo[d] + grid->layers[d]);
+    count[2 - d] = (hsize_t)patch->own_n[d];
+  }
+  count[3] = (hsize_t)nc;
+  PetscCall(PetscMalloc1(patch->own_n[0] * patch->own_n[1] * patch->own_n[2] * nc, &read));
+  H5(file = MPMHDF5Open(path));
+  H5(set = H5Dopen2(file, "nodes/state", H5P_DEFAULT));
+  H5(space = H5Dget_space(set));
+  H5(H5Sget_simple_extent_dims(space, size, NULL));
+  for (int k = 0; k < 4; k++)
+    PetscCheck(start[k] + count[k] <= size[k], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s has nodes of another grid", path);
+  H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+  H5(memory = H5Screate_simple(4, count, NULL));
+  H5(H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, read));
+  H5(H5Sclose(memory));
+  H5(H5Sclose(space));
+  H5(H5Dclose(set));
+  H5(H5Fclose(file));
+  for (PetscInt at = 0, k = 0; k < patch->own_n[2]; k++)
+    for (PetscInt j = 0; j < patch->own_n[1]; j++)
+      for (PetscInt i = 0; i < patch->own_n[0]; i++, at++) {
+        const PetscInt x = i + patch->own_lo[0] - patch->lo[0], y = j + patch->own_lo[1] - patch->lo[1],
+                       z = k + patch->own_lo[2] - patch->lo[2];
+
+        PetscCall(PetscArraycpy(patch->state + ((z * patch->n[1] + y) * patch->n[0] + x) * nc, read + at * nc, nc));
+      }
+  PetscCall(PetscFree(read));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 #else
+
+PetscErrorCode MPMCheckpointNodes(const char path[], const MPMGrid *grid, MPMPatch *patch)
+{
+  PetscFunctionBeginUser;
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
+}
 
 PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN])
 {

@@ -227,7 +227,8 @@ static void Share(MPMCheckpoint *c, PetscMPIInt rank, PetscMPIInt size, PetscInt
 
 PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
 {
-  const PetscInt fields[] = {MPM_FIELD_INDEX_x, MPM_FIELD_INDEX_kind, MPM_FIELD_INDEX_l};
+  const PetscInt place    = c->core->grid.total ? MPM_FIELD_INDEX_X : MPM_FIELD_INDEX_x;
+  const PetscInt fields[] = {place, MPM_FIELD_INDEX_kind, MPM_FIELD_INDEX_l};
   MPMParticles  *p        = &c->core->particles;
   void          *rows[3]  = {NULL};
   MPMView        view;
@@ -245,10 +246,10 @@ PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
     PetscCall(MPMCheckpointRows(c->from, p, fields[k], first, n, rows[k]));
   }
   PetscCall(PetscMemzero(&view, sizeof view));
-  view.n    = n;
-  view.x    = (PetscReal *)rows[0];
-  view.kind = (PetscInt *)rows[1];
-  view.l    = (PetscReal *)rows[2];
+  view.n = n;
+  view.x = view.X = (PetscReal *)rows[0];
+  view.kind       = (PetscInt *)rows[1];
+  view.l          = (PetscReal *)rows[2];
   PetscCall(MPMHistogramAddView(h, c->core, &view));
   for (int k = 0; k < 3; k++) PetscCall(PetscFree(rows[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -276,6 +277,7 @@ PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
     PetscCall(MPMParticlesRestoreField(p, f));
   }
   PetscCall(MPMExchangeDistribute(c->core));
+  if (c->core->grid.total) PetscCall(MPMCheckpointNodes(c->from, &c->core->grid, &c->core->exchange.patch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

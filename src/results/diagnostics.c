@@ -246,7 +246,7 @@ PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
-  PetscReal        work = s->now->energy[MPM_ENERGY_loads];
+  PetscReal        work = s->now->energy[MPM_ENERGY_loads] + s->core->half;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *

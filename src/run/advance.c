@@ -135,13 +135,14 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.kick = core->step ? MPMKick(core->params.dt, now) : now;
+  core->params.kick = core->step ? MPMKick(core->params.dt, now) : core->grid.total ? 0.5 * now : now;
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   PetscCall(MPMSceneMoveRigids(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->watch.courant = PetscMax(mpm->watch.courant, MPMCourant(core, core->params.dt));
   mpm->watch.wave    = PetscMax(mpm->watch.wave, MPMWaveCourant(core, core->params.dt));
+  if (core->grid.total) MPMTotalPass(core);
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);

@@ -2,6 +2,7 @@
    step. */
 #include "kernels/tile_index.h"
 #include "run/mpm.h"
+#include "scene/points.h"
 
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
@@ -10,6 +11,154 @@
   0.8 /* -method_lock_share of metals; docs/studies.md (Locking) has what was measured with others */
 #define MPM_LIGHT_SHARE 0.1  /* -method_light_nodes; docs/method.md (Light nodes) has what was measured with others */
 #define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers that keep no affine strain */
+
+/* Options of the updated frame, the value that does no harm in the total one, and why others do not apply there. */
+static const struct {
+  const char *name, *neutral, *why;
+} updated[] = {
+    {"method_preset", NULL, "presets are methods of the updated frame"},
+    {"method_update", NULL, "a step is one of leapfrog"},
+    {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_affine_strain", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_order", NULL, "-method_mass_order is its order"},
+    {"method_damping_viscosity", NULL, "no velocity is mapped between particles and nodes; use -method_damping_rate"},
+    {"method_wall_inertia", NULL, "no velocity is mapped between particles and nodes"},
+    {"method_gimp_update", "none", "the domains of particles are those of the start"},
+    {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
+    {"method_carry", "needed", "it is for the updated frame"},
+    {"method_locking", "none", "fbar is for the updated frame"},
+    {"method_lock_cells", NULL, "fbar is for the updated frame"},
+    {"method_lock_share", NULL, "fbar is for the updated frame"},
+    {"initial_stress", "none", "particles are undeformed at the start"},
+    {"check_parting", NULL, "its bodies cannot come apart"},
+    {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
+    {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
+
+/* Removes an option that the method of a file has, and adds it to mpm->aside. */
+static PetscErrorCode PutAside(MPM mpm, const char name[])
+{
+  const size_t n = strlen(mpm->aside);
+  char         full[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
+  PetscBool    given;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(full, sizeof full, "-%s", name);
+  PetscCall(PetscOptionsGetString(NULL, NULL, full, value, sizeof value, &given));
+  if (!given || !MPMOptionsOverridden(name, "method_frame")) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(mpm->aside + n, sizeof mpm->aside - n, "%s%s %s", n ? " " : "", full, value);
+  PetscCall(PetscOptionsClearValue(NULL, full));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* If only the frame is given on the command line, the method that a file has for the updated frame stands aside, so that
+   the file of any scene serves both. It is removed here, so that the results of the run do not have it either. */
+PetscErrorCode MPMFrameSetFromOptions(MPM mpm, MPMOptions o)
+{
+  char frame[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->core.grid.total = (PetscBool)(!strcmp(frame, "total"));
+  if (!mpm->core.grid.total) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
+    if (!strncmp(updated[k].name, "method_", 7)) PetscCall(PutAside(mpm, updated[k].name));
+  if (!mpm->aside[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PutAside(mpm, "method_damping_rate"));
+  PetscCall(PutAside(mpm, "method_basis"));
+  PetscCall(PutAside(mpm, "dt_cfl"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses what the total frame cannot do, by name and with the reason. */
+static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
+{
+  const MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++) {
+    char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
+    PetscBool given;
+
+    (void)snprintf(name, sizeof name, "-%s", updated[k].name);
+    PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
+    if (given && !(updated[k].neutral && !strcmp(value, updated[k].neutral)))
+      MPMOptionsFail(o, "%s does not apply with -method_frame total: %s", name, updated[k].why);
+  }
+  for (PetscInt k = 0; k < scene->nmaterials; k++)
+    if (scene->materials[k].type->traits & MPM_FLUID)
+      MPMOptionsFail(
+          o,
+          "-material_%s_model %s does not apply with -method_frame total: what flows leaves the shape of the "
+          "start, on which the weights are; use -method_frame updated",
+          scene->materials[k].name, scene->materials[k].type->name);
+  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
+    const MPMWall type = scene->walls.given[k / 2][k % 2].type;
+
+    if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
+      MPMOptionsFail(o,
+                     "-bc_%s_type %s does not apply with -method_frame total, which has no contact: the wall acts on "
+                     "matter that arrives at it; choose fixed, slip, moving or free",
+                     MPMFaceNames[k], MPMWallNames[type]);
+  }
+  if (mpm->core.grid.round)
+    MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_frame total, which is built for planes and for "
+                      "3-D; use -method_frame updated");
+  if (mpm->core.rigids.n)
+    MPMOptionsFail(o,
+                   "-body_%s_rigid does not apply with -method_frame total, whose bodies may meet nothing; use "
+                   "-method_frame updated",
+                   mpm->core.rigids.body[0].name);
+  if (scene->ncontacts || mpm->core.contacts)
+    MPMOptionsFail(o, "contact does not apply with -method_frame total, whose bodies may meet nothing; use "
+                      "-method_frame updated");
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    if (scene->bodies[b].points && scene->bodies[b].points->deformation)
+      MPMOptionsFail(o,
+                     "-body_%s_file does not apply with -method_frame total: its particles are deformed at the start",
+                     scene->bodies[b].name);
+    for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
+      if (scene->bodies[b].ppc[d] < 2)
+        MPMOptionsFail(o,
+                       "-body_%s_ppc: with -method_frame total a body needs 2 particles a cell on each axis; with 1, "
+                       "nodes can move so that no particle is strained",
+                       scene->bodies[b].name);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the method of the total frame, after the basis; the options of the updated one, which are refused or stand aside, are
+   read all the same, so that their values are checked. */
+static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
+{
+  MPMCore  *core = &mpm->core;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  mpm->method.mass = MPMBasisIsSpline(core->basis) ? 2 : 1;
+  PetscCall(MPMOptionsInt(o, "method_mass_order", NULL, &mpm->method.mass, &set));
+  if (!core->grid.total) {
+    mpm->method.mass = 0;
+    if (set && !MPMOptionsOverridden("method_mass_order", "method_frame"))
+      MPMOptionsFail(o,
+                     "-method_mass_order does not apply: -method_frame is updated; there, -method_transfer afmpm has "
+                     "the full mass matrix to -method_order");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  mpm->method.scheme   = &MPMSchemeTotal;
+  mpm->method.transfer = &MPMTransferTotal;
+  PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &mpm->method.rate, &set));
+  if (!set) mpm->method.rate = 0;
+  mpm->method.viscosity = 0;
+  core->params.flip = core->params.strain = 1;
+  core->params.light                      = 0;
+  core->params.box = core->params.order = 0;
+  core->params.own_inertia              = PETSC_FALSE;
+  core->needs.increment = core->needs.affine = core->needs.residual = core->needs.all = PETSC_FALSE;
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) mpm->scene.materials[k].relaxation = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
@@ -166,8 +315,8 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 /* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  const PetscBool affine =
-      mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
   const PetscBool direct = mpm->method.scheme->direct;
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;
@@ -210,7 +359,7 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscInt  row;
 
   PetscFunctionBeginUser;
-  (void)snprintf(basis, sizeof basis, "%s", mpm->preset->basis);
+  (void)snprintf(basis, sizeof basis, "%s", core->grid.total ? "bspline2" : mpm->preset->basis);
   (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->scenes == MPM_SCENES_elastic ? "stretch" : "none");
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
@@ -218,7 +367,8 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
   core->basis           = (MPMBasis)row;
-  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") && !core->grid.total ? PETSC_TRUE
+                                                                                                         : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
@@ -246,7 +396,8 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   mpm->time.max_steps = PETSC_MAX_INT;
-  mpm->time.cfl       = PetscMin(mpm->preset->cfl, MPMStableOf(&mpm->core, &mpm->method).cfl);
+  mpm->time.cfl       = MPMStableOf(&mpm->core, &mpm->method).cfl;
+  if (!mpm->core.grid.total) mpm->time.cfl = PetscMin(mpm->preset->cfl, mpm->time.cfl);
   PetscCall(MPMOptionsReal(o, "time_end", NULL, &mpm->time.end, NULL));
   PetscCall(MPMOptionsInt(o, "time_max_steps", NULL, &mpm->time.max_steps, NULL));
   PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));
@@ -272,11 +423,13 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
-  PetscCall(ReadBasis(mpm, o));
+  if (mpm->core.grid.total) PetscCall(CheckTotal(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
-  if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadInertia(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadLocking(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadLight(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadTotal(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -30,6 +30,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMFrameSetFromOptions(mpm, o));
   PetscCall(MPMPresetRead(mpm, o));
   PetscCall(MPMSceneSetFromOptions(scene, core, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,8 +93,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (shown & MPM_BIT(F) || mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on ||
-      mpm->core.energy.nheat)
+  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.needs.stretched || mpm->core.params.box ||
+      mpm->core.energy.on || mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
       (mpm->core.gaps || mpm->core.contacts || !MPMMaterialKnowsFlow(&scene->materials[material])))
@@ -138,7 +139,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start || core->grid.total || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
@@ -193,6 +194,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
+    if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
@@ -292,6 +294,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(PetscFree(core->before));
   PetscCall(MPMContactsDestroy(core));
   PetscCall(MPMRigidsDestroy(core));
   PetscCall(MPMPistonsDestroy(core));

@@ -42,6 +42,7 @@ struct _p_MPM {
   MPMCore          core;
   MPMScene         scene;
   MPMMethod        method;
+  char             aside[MPM_TEXT_LEN]; /* options of a file that stand aside in the total frame */
   const MPMPreset *preset;       /* what options of the method are that were not given */
   PetscBool        preset_given; /* -method_preset was */
   MPMTime          time;
@@ -77,6 +78,7 @@ void           MPMPresetChoose(MPM);
 PetscErrorCode MPMPresetPrint(MPM);
 
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
+PetscErrorCode MPMFrameSetFromOptions(MPM, MPMOptions); /* -method_frame, before all else */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
 /* Print, in sequence, what a run says before its first step and at its end (prints.c). Collective on exchange.data. */

@@ -19,12 +19,15 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   MPMInitialTell(scene, initial);
   if (initial[0]) PetscCall(MPMPrint(&core->print, "initial    %s\n", initial));
   PetscCall(MPMReportFields(core));
-  PetscCall(MPMPresetPrint(mpm));
+  if (!core->grid.total) PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
+  if (mpm->aside[0])
+    PetscCall(
+        MPMNote(&core->print, "-method_frame total has a method of its own: %s of the file stand aside", mpm->aside));
   PetscCall(MPMReportParallel(core));
-  PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n",
+  PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
                      (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
-                     (double)MPMCourant(core, f.dt)));
+                     (double)MPMCourant(core, f.dt), core->grid.total ? "h/c" : "h/(c+|v|)"));
   PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
   if (scene->dry_run) {
     PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));

@@ -253,8 +253,8 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets where the particle of body b whose matter is at X [dim], m, starts: its position x [dim], m, and the half-widths
-   l [dim] of its domain in cells. */
+/* Sets where the particle of body b whose matter is at X [dim], m, starts: its position x [dim], m, in the total frame X,
+   which has its cell; and the half-widths l [dim] of its domain in cells. */
 static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
                                  PetscReal x[], PetscReal l[])
 {
@@ -263,8 +263,9 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
-  MPMAtWallsMove(scene, core, b, x);
-  if (MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched) MPMStretch((int)dim, F, V);
+  if (!core->grid.total) MPMAtWallsMove(scene, core, b, x);
+  if (!core->grid.total && MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched)
+    MPMStretch((int)dim, F, V);
   if (scene->initial && core->needs.stretched) {
     MPMMaterialStart start;
     char             wrong[MPM_TEXT_LEN];
@@ -279,7 +280,8 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 /* Returns whether particles start in other cells than undeformed ones at their lattice places. */
 static PetscBool StartsMoved(const MPMScene *scene, const MPMCore *core)
 {
-  return MPMKnownStarts(scene) || (scene->initial && core->needs.stretched) ? PETSC_TRUE : PETSC_FALSE;
+  return (MPMKnownStarts(scene) && !core->grid.total) || (scene->initial && core->needs.stretched) ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
 }
 
 /* Makes a list of the base nodes (from 0, layers included) along the last axis of the undeformed places of a body's

@@ -214,6 +214,7 @@ PetscErrorCode MPMPointsHistogram(const MPMScene *scene, const MPMCore *core, MP
         view.l[k * dim + d] = PetscMin(0.5, scene->kinds[view.kind[k]].l[d] * V[d]);
       }
     }
+    view.X = view.x;
     PetscCall(MPMHistogramAddView(h, core, &view));
     PetscCall(PetscFree3(view.x, view.kind, view.l));
     PetscCall(MPMPointsDestroyRows(&rows));

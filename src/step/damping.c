@@ -48,6 +48,7 @@ static PetscErrorCode Scale(MPMCore *core, PetscReal keep, MPMSum *kinetic)
     for (PetscInt k = 0; k < dim * dim && view.C; k++) view.C[p * dim * dim + k] *= keep;
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  if (core->grid.total && keep != 1) MPMTotalScale(core, keep);
   MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -378,15 +378,34 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const
   AddNode(core, n, ijk[0], motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 
+/* Adds what moved a node in the total frame along u [dim], the mean of its velocities before and after: its forces, gravity,
+   and the force of walls, which is in p. v: its velocity now, was: before. */
+static void AddKick(const MPMCore *core, const MPMNode *n, const PetscReal v[], const PetscReal was[],
+                    const PetscInt ijk[], MPMEnergy *e)
+{
+  const MPMParams *par    = &core->params;
+  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, 0);
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscReal way = 0.5 * par->kick * (v[d] + was[d]), gravity = n->m * par->gravity[d] * way,
+                    wall = n->p[d] * way;
+
+    MPMSumAdd(&e->sum[MPM_ENERGY_advance], n->f[d] * way + gravity + wall);
+    MPMSumAdd(&e->sum[MPM_ENERGY_gravity], gravity);
+    MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall);
+  }
+}
+
 PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 {
   const MPMPatch *patch   = &core->exchange.patch;
+  const PetscBool kicks   = MPMTotalKicks(phase);
   const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt  dim     = core->grid.dim;
   MPMEnergy      *e       = &core->energy;
 
   PetscFunctionBeginUser;
-  if (!advance && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
+  if (!advance && !kicks && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
   MPM_FOR_OWN_ROWS(patch, r)
@@ -395,7 +414,10 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
     const PetscInt   ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
 
     if (!(r.sum[i].m > 0)) continue;
-    if (advance)
+    if (kicks)
+      AddKick(core, r.sum + i, motion + dim,
+              core->before + ((PetscInt)(r.state - patch->state) + i * MPM_MOTION_NC(dim)) + dim, ijk, e);
+    else if (advance)
       AddAdvance(core, r.sum + i, r.value.met[i], motion, ijk, e);
     else
       AddAgain(core, r.sum + i, r.value.met[i], motion, ijk, e);

@@ -39,7 +39,7 @@
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. ADVANCES are those in which
    light nodes move with others. SHARE_TO_PARTICLES is for a transfer that works over a share of the step. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, P2G_TOTAL, P2G_NODES, ACCELERATE, ACCELERATE_AGAIN, KICK, KICK_AGAIN, START, START_AGAIN, SHOW, SMOOTH, G2P_TOTAL, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b) | B(S)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -62,6 +62,17 @@ static const MPMPhase phases[NUM_PHASES] = {
   [P2G_VOLUME]        = TO_NODES("P2G_VOLUME", MPM_P2G_VOLUME, WHERE | B(F) | B(J) | B(b) | SAND),
   [VOLUME]            = VELOCITIES("VOLUME", MPMNodesVolume, 1),
   [G2P_VOLUME]        = TO_PARTICLES("G2P_VOLUME", MPM_G2P_VOLUME, WHERE | B(F) | B(J) | B(C) | B(be) | SAND, B(F) | B(J) | B(C) | B(be) | SAND),
+  [P2G_TOTAL]         = TO_NODES("P2G_TOTAL", MPM_P2G_FORCE | MPM_P2G_TOTAL, WHERE | STRESS | B(b) | B(S)),
+  [P2G_NODES]         = TO_NODES("P2G_NODES", MPM_P2G_MOMENTUM | MPM_RESIDUAL | MPM_P2G_NODES, WHERE),
+  [ACCELERATE]        = VELOCITIES("ACCELERATE", MPMNodesAccelerate, 4),
+  [ACCELERATE_AGAIN]  = VELOCITIES("ACCELERATE", MPMNodesAccelerateAgain, 6),
+  [KICK]              = NODES("KICK", MPMNodesKick, 8),
+  [KICK_AGAIN]        = NODES("KICK", MPMNodesKickAgain, 10),
+  [START]             = VELOCITIES("START", MPMNodesStart, 1),
+  [START_AGAIN]       = VELOCITIES("START", MPMNodesStartAgain, 3),
+  [SHOW]              = VELOCITIES("SHOW", MPMNodesShow, 0),
+  [SMOOTH]            = VELOCITIES("SMOOTH", MPMNodesSmooth, 4),
+  [G2P_TOTAL]         = TO_PARTICLES("G2P_TOTAL", MPM_G2P_TOTAL, WHERE | B(id) | STATE, B(x) | B(v) | STATE),
 };
 /* clang-format on */
 _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
@@ -85,6 +96,10 @@ const MPMTransfer MPMTransfers[] = {
 #include "step/transfer.def"
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
+
+const MPMScheme   MPMSchemeTotal = {"leapfrog", "displacements and velocities of nodes", PETSC_FALSE, PETSC_TRUE, NULL};
+const MPMTransfer MPMTransferTotal = {"nodes",         "particles have what the nodes give", 1, 0, MPM_NO_ROUNDS,
+                                      MPM_BOUNDS_TOTAL};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
@@ -164,10 +179,13 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     MPMPhase *phase = &core->phases[k];
 
     *phase = phases[k];
+    if (core->grid.total && phase->particles_in & B(x)) phase->particles_in ^= B(x) | B(X);
     if ((core->pistons || core->contacts) && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
       phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
-    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
+    if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F);
+    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & (MPM_G2P_STRESS | MPM_G2P_TOTAL)) &&
+        !core->needs.stretched)
       phase->particles_in &= ~B(F);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
@@ -186,6 +204,28 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
   }
 }
 
+/* Sets the program of a step in the total frame, whose mass matrix has this order: order - 1 corrections of the
+   acceleration, the last of which moves the nodes. damped: before, velocities are smoothed. */
+static void TotalProgram(MPMCore *core, PetscInt order, PetscBool damped)
+{
+  const int first[2] = {P2G_TOTAL, order > 1 ? ACCELERATE : KICK}, smooth[3] = {SHOW, P2G_NODES, SMOOTH};
+
+  for (PetscInt k = 0; k < 3 && damped; k++) core->program[core->nprogram++] = &core->phases[smooth[k]];
+  for (PetscInt k = 0; k < 2; k++) core->program[core->nprogram++] = &core->phases[first[k]];
+  for (PetscInt n = 1; n < order; n++) {
+    core->program[core->nprogram++] = &core->phases[P2G_NODES];
+    core->program[core->nprogram++] = &core->phases[n + 1 < order ? ACCELERATE_AGAIN : KICK_AGAIN];
+  }
+  core->program[core->nprogram++] = &core->phases[G2P_TOTAL];
+}
+
+const MPMPhase *MPMStepStartPhase(const MPMCore *core, PetscInt k)
+{
+  static const int start[4] = {P2G_MASS, START, P2G_NODES, START_AGAIN};
+
+  return &core->phases[start[k]];
+}
+
 PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
 {
   PetscFunctionBeginUser;
@@ -198,6 +238,11 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
+  if (core->grid.total) {
+    TotalProgram(core, method->mass, (PetscBool)(method->rate > 0));
+    MPMReactionsSetUp(core);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt k = 0; k < core->params.order && method->transfer->rounds == MPM_FILTER; k++)
     for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[filter[k > 0][i]];
   for (const int *k = method->scheme->phases; *k >= 0; k++) {

@@ -199,6 +199,19 @@ static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const P
   Give(core, t, PETSC_FALSE, J, W);
 }
 
+/* Adds what the walls of a node gave it in a step of the total frame: their force is in p, and v, was are its velocities
+   after and before. */
+static void AddKick(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[], const PetscReal was[])
+{
+  PetscReal J[3], W[3];
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    J[d] = core->params.kick * n->p[d];
+    W[d] = J[d] * 0.5 * (v[d] + was[d]);
+  }
+  Give(core, t, PETSC_FALSE, J, W);
+}
+
 /* Copies the velocity of a node, the next of those at walls, before a correction. */
 static PetscErrorCode Keep(MPMCore *core, PetscInt at, const PetscReal v[])
 {
@@ -219,6 +232,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
   const MPMPatch     *patch     = &core->exchange.patch;
   const MPMReactions *reactions = core->reactions;
   const MPMPhase     *phase     = core->program[k];
+  const PetscBool     kicks     = MPMTotalKicks(phase);
   const PetscBool     advance   = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt      dim       = core->grid.dim;
   const PetscBool     twice     = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
@@ -227,7 +241,8 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
 
   PetscFunctionBeginUser;
   if (phase->kind != MPM_NODES || (begins && k != reactions->correct)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!advance && !again && k != reactions->filter && k != reactions->correct) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!advance && !kicks && !again && k != reactions->filter && k != reactions->correct)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
   MPM_FOR_OWN_ROWS(patch, r)
   for (PetscInt i = r.first; i < r.last; i++) {
@@ -240,6 +255,9 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
     if (!touch.n || !(n->m > 0)) continue;
     if (begins)
       PetscCall(Keep(core, at, v));
+    else if (kicks)
+      AddKick(core, &touch, n, v + dim,
+              core->before + ((PetscInt)(r.state - patch->state) + i * MPM_MOTION_NC(dim)) + dim);
     else if (advance)
       AddAdvance(core, &touch, n, met, ijk, v);
     else if (again)

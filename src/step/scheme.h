@@ -12,7 +12,7 @@ typedef struct {
   PetscBool   keeps_increment;
   PetscBool   direct;
   /* most of the strain comes from the velocities of the motion */ /* x is read again after the motion: a later phase adds dx to it */
-  const int  *phases;          /* their rows in the table of phases, then -1 */
+  const int *phases;                                               /* their rows in the table of phases, then -1 */
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
 
@@ -26,7 +26,8 @@ typedef enum {
   MPM_BOUNDS_AFLIP,
   MPM_BOUNDS_APIC,
   MPM_BOUNDS_FILTERED,
-  MPM_BOUNDS_AFMPM
+  MPM_BOUNDS_AFMPM,
+  MPM_BOUNDS_TOTAL
 } MPMBounds;
 
 /* A transfer: how particles get their velocity back from the grid. */
@@ -39,11 +40,14 @@ typedef struct {
 } MPMTransfer;
 extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has no name */
 
+#define MPM_MAX_MASS 3 /* largest -method_mass_order */
+
 /* The method that a scene chose. */
 typedef struct {
   const MPMScheme   *scheme;
   const MPMTransfer *transfer;
   PetscReal          rate, viscosity; /* damping that sets the share of FLIP anew in each step: 1, m^2/s; 0: none */
+  PetscInt           mass;            /* of the total frame: order of the mass matrix; else 0 */
 } MPMMethod;
 
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
@@ -76,7 +80,15 @@ const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
    sums, means, difference. */
 const MPMPhase *MPMStepRecoverPhase(const MPMCore *, PetscInt k);
 
-/* The kernels of node updates (nodes.c): each updates the motion of the own nodes in one row of a patch along x. Not
+/* Returns phase k = 0 to 3 of those that start the total frame: sums of mass and momentum, first velocities, the momentum
+   of these, correction. */
+const MPMPhase *MPMStepStartPhase(const MPMCore *, PetscInt k);
+
+/* The scheme and the transfer of the total frame, which are no rows of the tables: it has one. */
+extern const MPMScheme   MPMSchemeTotal;
+extern const MPMTransfer MPMTransferTotal;
+
+/* The kernels of node updates (nodes.c, total.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */
 void MPMNodesVelocity(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesVelocityAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
@@ -84,6 +96,14 @@ void MPMNodesMean(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesResidual(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesAdvance(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesCorrect(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesAccelerate(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesAccelerateAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesKick(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesKickAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesShow(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesSmooth(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesStart(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesStartAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesVolume(const MPMParams *, const MPMPatch *, const MPMNodes *); /* volume.c */
 
 #endif

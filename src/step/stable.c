@@ -12,9 +12,11 @@ static const struct {
 } rows[] = {
 #define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps)
+#define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
 #undef MPM_STABLE
+#undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
 #undef MPM_WRONG
 };
@@ -25,10 +27,12 @@ static const struct {
   PetscReal   steps;
 } grows[] = {
 #define MPM_WRONG(basis, update, transfer, least, most)
+#define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
 #undef MPM_STABLE
+#undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
 #undef MPM_WRONG
 };
@@ -40,9 +44,23 @@ static const struct {
 } wrong[] = {
 #define MPM_WRONG(basis, update, transfer, least, most) {#update, #transfer, MPM_BASIS_##basis, {least, most}},
 #define MPM_GROWS(basis, update, steps)
+#define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
 #undef MPM_STABLE
+#undef MPM_STABLE_TOTAL
+#undef MPM_GROWS
+#undef MPM_WRONG
+};
+
+static const PetscReal total[MPM_NUM_BASES][MPM_MAX_MASS] = {
+#define MPM_WRONG(basis, update, transfer, least, most)
+#define MPM_GROWS(basis, update, steps)
+#define MPM_STABLE(basis, update, rest, affine, ...)
+#define MPM_STABLE_TOTAL(basis, first, second, third) [MPM_BASIS_##basis] = {first, second, third},
+#include "step/stable.def"
+#undef MPM_STABLE
+#undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
 #undef MPM_WRONG
 };
@@ -75,6 +93,12 @@ MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis b
   MPMStable stable = {PETSC_FALSE, PETSC_INFINITY, PETSC_INFINITY, 0.4, 0};
   int       rest, crossing;
 
+  if (method->transfer->bounds == MPM_BOUNDS_TOTAL) { /* in twentieths; beyond 0.7 the error of dt^2 leads */
+    stable.known = PETSC_TRUE;
+    stable.rest = stable.crossing = total[basis][method->mass - 1];
+    stable.cfl                    = PetscMin(0.7, PetscFloorReal(stable.rest / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
+    return stable;
+  }
   Columns(core, method, &rest, &crossing);
   for (size_t k = 0; k < sizeof rows / sizeof rows[0] && method->transfer->bounds != MPM_BOUNDS_UNKNOWN; k++)
     if (rows[k].basis == basis && !strcmp(rows[k].update, update)) {

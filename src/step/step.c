@@ -19,7 +19,11 @@ static PetscErrorCode PoisonStep(MPMCore *core)
     if (MPMFields[f].home == MPM_SCRATCH) scratch |= 1 << f;
   PetscCall(MPMPoisonFields(&core->particles, scratch, 0));
   PetscCall(MPMExchangeOpenNodes(core));
-  MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);
+  for (size_t i = 0; i < nodes && core->grid.total; i++) { /* the masses of the total frame stay */
+    MPMPoison(patch->node[i].p, sizeof patch->node[i].p);
+    MPMPoison(patch->node[i].f, sizeof patch->node[i].f);
+  }
+  if (!core->grid.total) MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);
 #define MPM_NODE_VALUE(name, nc, unit, meaning)                                                                        \
   MPMPoison(patch->value.name, nodes *(size_t)MPMNodeComponents_##name(core->grid.dim) * sizeof(PetscReal));
 #include "kernels/node.def"
@@ -81,6 +85,7 @@ static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
+  if (core->grid.total && (core->reactions || core->energy.on) && MPMTotalKicks(phase)) PetscCall(MPMTotalKeep(core));
   PetscCall(MPMPhaseRun(core, phase));
   if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
@@ -119,7 +124,9 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
   if (core->gaps || core->contacts) PetscCall(FindGaps(core));
+  if (core->grid.total) PetscCall(MPMTotalHalf(core, 1));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
+  if (core->grid.total) PetscCall(MPMTotalHalf(core, -1));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (MPMDampingIsOn(core) && !MPMStatusIsBad(&core->status)) PetscCall(MPMDampingEnd(core));

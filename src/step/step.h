@@ -99,6 +99,23 @@ void           MPMRigidsCheck(MPMCore *);
 /* What acts on surfaces after a phase of nodes: contact, then pistons (contact.c). Collective on exchange.data. */
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 
+/* The total frame (total.c). MPMTotalStart finds the masses of the nodes and, unless the run goes on from a checkpoint, their
+   velocities, and is collective on the exchange. MPMTotalPass notes how far walls move in a step, core->passed, and
+   MPMTotalScale multiplies the velocities of the nodes by `keep`; neither is collective. */
+PetscErrorCode MPMTotalStart(MPMCore *, PetscBool restarted);
+void           MPMTotalScale(MPMCore *, PetscReal keep);
+
+/* Returns whether a phase moves the nodes in the total frame; and copies their state before it to core->before, for what is
+   summed afterwards. Not collective. */
+PetscBool      MPMTotalKicks(const MPMPhase *);
+PetscErrorCode MPMTotalKeep(MPMCore *);
+
+/* Adds sign dt/4 g . sum m v to core->half, J: before the first step with sign 1, after it with -1. By that the work of
+   gravity in the kick of this step, half as long as dt, differs from what MPMShownWork would take it for. Collective on
+   exchange.data. */
+PetscErrorCode MPMTotalHalf(MPMCore *, PetscReal sign);
+void           MPMTotalPass(MPMCore *);
+
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */
 PetscErrorCode MPMDampingSetFromOptions(MPMCore *, MPMOptions);

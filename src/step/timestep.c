@@ -2,9 +2,15 @@
    derives the bounds. */
 #include "step/step.h"
 
+/* Returns the speed that bounds dt, m/s: no particle crosses a cell in the total frame. */
+static PetscReal Speed(const MPMCore *core)
+{
+  return PetscSqrtReal(core->status.c2) + (core->grid.total ? 0 : PetscSqrtReal(core->status.v2));
+}
+
 PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
 {
-  return dt * (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2)) / MPMGridSmallestH(&core->grid);
+  return dt * Speed(core) / MPMGridSmallestH(&core->grid);
 }
 
 PetscReal MPMWaveCourant(const MPMCore *core, PetscReal dt)
@@ -53,7 +59,7 @@ PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 
   if (time->fixed > 0) return time->fixed;
   for (PetscInt d = 0; d < core->grid.dim; d++) g2 += core->params.gravity[d] * core->params.gravity[d];
-  dt = time->cfl * h / (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2));
+  dt = time->cfl * h / Speed(core);
   dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
   for (PetscInt k = 0; k < core->rigids.n; k++) {
     const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]);
