@@ -344,6 +344,17 @@ void MPMContactsGave(const MPMCore *core, const PetscInt ijk[], PetscReal dv[])
   for (PetscInt d = 0; d < grid->dim; d++) dv[d] = c->site[lo].v[d] - c->site[lo].was[d];
 }
 
+PetscBool MPMContactsPush(const MPMCore *core, const PetscInt ijk[], PetscReal e[])
+{
+  PetscReal dv[3] = {0}, size = 0;
+
+  if (!core->contacts) return PETSC_FALSE;
+  MPMContactsGave(core, ijk, dv);
+  for (PetscInt d = 0; d < core->grid.dim; d++) size += PetscSqr(dv[d]);
+  for (PetscInt d = 0; d < 3 && size > 0; d++) e[d] = dv[d] / PetscSqrtReal(size);
+  return size > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;

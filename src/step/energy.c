@@ -327,19 +327,6 @@ static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const Pet
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
-/* Sets e [3] to the direction in which contact has changed the velocity of a node in the last phase, and returns true;
-   if it has not, returns false. Not collective. */
-static PetscBool Pushed(const MPMCore *core, const PetscInt ijk[], PetscReal e[])
-{
-  PetscReal dv[3] = {0}, size = 0;
-
-  if (!core->contacts) return PETSC_FALSE;
-  MPMContactsGave(core, ijk, dv);
-  for (PetscInt d = 0; d < core->grid.dim; d++) size += PetscSqr(dv[d]);
-  for (PetscInt d = 0; d < 3 && size > 0; d++) e[d] = dv[d] / PetscSqrtReal(size);
-  return size > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
 /* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving wall
    holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 - flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
@@ -358,7 +345,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
     s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
-  if (e->mean != MPM_MEAN_PARTICLES && Pushed(core, ijk, push)) { /* there the strain is made before contact acts */
+  if (e->mean != MPM_MEAN_PARTICLES && MPMContactsPush(core, ijk, push)) { /* there the strain is made before contact acts */
     for (PetscInt d = 0; d < dim; d++) along += push[d] * (motion[d] - s[d]);
     for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
   }
@@ -371,7 +358,7 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const
 {
   const PetscInt  dim = core->grid.dim;
   PetscReal       u[3], push[3];
-  const PetscBool pushed = Pushed(core, ijk, push);
+  const PetscBool pushed = MPMContactsPush(core, ijk, push);
 
   for (PetscInt d = 0; d < dim; d++)
     u[d] = pushed || MPMNodeStopped(met, d) ? n->p[d] / MPMNodeMass(&core->grid, n, ijk[0], d) : motion[d];

@@ -84,9 +84,10 @@ PetscErrorCode MPMContactsDestroy(MPMCore *);
 PetscErrorCode MPMContactsFind(MPMCore *);
 PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
 
-/* Sets dv [dim], m/s, to what contact gave node ijk [3] of the grid in the advance, for what counts the impulses of walls
-   (reactions.c). Not collective. */
-void MPMContactsGave(const MPMCore *, const PetscInt ijk[], PetscReal dv[]);
+/* Set dv [dim], m/s, to what contact gave node ijk [3] of the grid in the last phase, for what counts the impulses of walls
+   (reactions.c), or e [3] to its direction; returns whether it gave anything. Not collective. */
+void      MPMContactsGave(const MPMCore *, const PetscInt ijk[], PetscReal dv[]);
+PetscBool MPMContactsPush(const MPMCore *, const PetscInt ijk[], PetscReal e[]);
 
 /* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on walls at the
    present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsCheck
