@@ -269,7 +269,7 @@ def disks(how):
                 f"disks {name}, {cells} cells", f"p {lost:.0e} L {turn:.0e} touch {start:.3f} energy {kept[0]:.3f} ({kept[1]:.3f} without)",
                 f"0, 0, {touch:.3f}, 1", "1e-12, 0.02, +h/3")
     for name, kept in energies.items():
-        row(kept[0] >= 0.6 and all(b > a for a, b in zip(kept, kept[1:])), f"disks {name}: energy that is lost falls", " ".join(f"{1 - e:.3f}" for e in kept), "0", "0.4, falls")
+        row(kept[0] >= 0.58 and all(b > a for a, b in zip(kept, kept[1:])), f"disks {name}: energy that is lost falls", " ".join(f"{1 - e:.3f}" for e in kept), "0", "0.42, falls")
 
 
 def turned(how):

@@ -233,6 +233,28 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses a free body that lies in a wall at the start, which would push it out in a step. */
+static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o, const MPMRigid *r)
+{
+  const MPMGrid *grid = &core->grid;
+
+  for (PetscInt k = 0; k < 2 * grid->dim && r->free; k++) {
+    const MPMWall   type  = scene->walls.given[k / 2][k % 2].type;
+    const PetscReal plane = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], sign = k % 2 ? -1 : 1;
+    PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3];
+
+    if (type == MPM_WALL_free || type == MPM_WALL_periodic || type == MPM_WALL_piston) continue;
+    if (MPMRigidIsRound(r)) gap -= r->shape->radius;
+    for (PetscInt p = 0; p < r->npoints && !MPMRigidIsRound(r); p++) {
+      MPMRigidPoint(r, p, x);
+      gap = PetscMin(gap, sign * (x[k / 2] - plane));
+    }
+    if (gap < -TOUCHES * MPMGridSmallestH(grid))
+      MPMOptionsFail(o, "the rigid body %s starts %g m inside the wall %s (-bc_%s_type %s): move it into the grid",
+                     r->name, (double)-gap, MPMFaceNames[k], MPMFaceNames[k], MPMWallNames[type]);
+  }
+}
+
 PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   const MPMBody *first = scene->bodies + scene->nbodies;
@@ -253,6 +275,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     PetscCall(MakeRigid(core, &first[k], o, &r->body[r->n]));
     if (r->body[r->n].moves) r->move = PETSC_TRUE;
     if (r->body[r->n].free) r->free = PETSC_TRUE;
+    if (!MPMOptionsError(o)) CheckWalls(scene, core, o, &r->body[r->n]);
     r->n++;
   }
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
