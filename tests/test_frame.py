@@ -36,7 +36,7 @@ def run(name, scene, *options, n=1, status=0, total=TOTAL):
 
 
 def check_errors():
-    """The errors are those of prototypes; two grids give the order, which is 2 or more."""
+    """The errors on two grids, and their order, which is 2 or more."""
     cases = [("mms", "-grid_cells", "{0},{0}", (), 4e-3, 9e-4), ("shear", "-grid_cells", "{0},{0}", (), 6e-4, 1.5e-4),
              ("elastic_column", "-grid_cells", "{0}", (), 1.7e-3, 3e-4), ("barx", "-grid_cells", "{0}", ("-check_energy", 1), 3e-3, 7.5e-4),
              ("mms", "-grid_cells", "{0},{0}", ("-method_basis", "bspline3", "-method_mass_order", 3, "-dt_cfl", 0.4), 2.1e-4, 5.5e-5),
@@ -182,6 +182,13 @@ def check_flow():
     stopped = run("press", press, status=3)
     check.that(re.search(r"particle \d+ of b at .* is squeezed to 0.00\S+ of its length, and plastic laws", stopped.err), "a plastic body that is squeezed too much stops the run")
     check.that(re.search("seen at t=.* is squeezed to", run("go", press, "-check_law", "warn").out), "or is warned of")
+
+
+def check_locking():
+    """A nearly incompressible solid is warned of, with what helps."""
+    box = ["-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 8,8", *body("box", lower="0,0", upper="1,1"), "-time_end 0.01"]
+    told = run("locks", box, "-material_m_nu", 0.49, "-dry_run")
+    check.that("use a finer grid, or -method_frame updated with -method_locking fbar" in told.said, "a nearly incompressible solid is warned of")
 
 
 def check_shock():

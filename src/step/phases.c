@@ -97,9 +97,8 @@ const MPMTransfer MPMTransfers[] = {
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
-const MPMScheme   MPMSchemeTotal = {"leapfrog", "displacements and velocities of nodes", PETSC_FALSE, PETSC_TRUE, NULL};
-const MPMTransfer MPMTransferTotal = {"nodes",         "particles have what the nodes give", 1, 0, MPM_NO_ROUNDS,
-                                      MPM_BOUNDS_TOTAL};
+const MPMScheme   MPMSchemeTotal = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL};
+const MPMTransfer MPMTransferTotal = {"nodes", "nodes", 1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_TOTAL};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
