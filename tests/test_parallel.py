@@ -102,7 +102,7 @@ METHODS = ["-method_basis linear", "-method_basis bspline2\n-method_transfer api
 
 def write_scene(name, dim, cells, bodies, h=None, extra="", E=1000.0, nu=0.3, rho=1000.0, method=METHODS[0]):
     """An options file. bodies: one or two dicts of lower, upper (m), velocity, ppc, offset, each of
-    a material of its own."""
+    a material of its own. Particles lie where offset puts them, also on the last face of the grid: no rim is cut."""
     every = lambda value: ",".join(map(str, value if isinstance(value, (list, tuple)) else [value] * dim))
     h = h or 1.0 / max(cells)
     materials = [("light", "neohookean", rho), ("heavy", "elastic", 3 * rho)][:len(bodies)]
@@ -114,7 +114,7 @@ def write_scene(name, dim, cells, bodies, h=None, extra="", E=1000.0, nu=0.3, rh
         text += f"-body_b{k}_shape box\n-body_b{k}_lower {every(body['lower'])}\n-body_b{k}_upper {every(body['upper'])}\n"
         text += f"-body_b{k}_material {materials[k][0]}\n-body_b{k}_velocity \"{every(body.get('velocity', 0))}\"\n"
         text += f"-body_b{k}_ppc {every(body.get('ppc', 2))}\n-body_b{k}_offset {every(body.get('offset', 0))}\n"
-    return ["-options_file", check.write(name + ".opts", text + method + "\n-check_law warn\n-history_every 0\n" + extra + "\n")]
+    return ["-options_file", check.write(name + ".opts", text + method + "\n-method_rim whole\n-check_law warn\n-history_every 0\n" + extra + "\n")]
 
 
 # ---- every scene of options/, every integrator

@@ -262,7 +262,7 @@ MPM_INLINE void Give_apart(MPM_GIVE_ARGUMENTS)
 
 WARNING = [("src/advice/bounds.def", None, """\
 MPM_BOUND(tall, 40, "of its width", "a grid that is higher is warned of", "judgement")
-"""), ("src/advice/doubts.c", "/* Prints the warnings and a note before", """\
+"""), ("src/advice/doubts.c", "/* Prints the warnings and notes before", """\
 static PetscErrorCode WarnTall(const MPMCore *core)
 {
   const MPMGrid *grid = &core->grid;

@@ -97,8 +97,8 @@ def check_rest(every):
                      "-bc_ymin_type separate", "-bc_xmin_type periodic -bc_xmax_type periodic", "-material_m_eos tait -material_m_tait_gamma 7")[::1 if every else 2]:
             words = ["-options_file", path, *more.split()]
             (level, moves), (plain, moved) = level_of(words, "still"), level_of([*words, "-material_m_relaxation", 0], "plain")
-            cut = upper * 40 % 1 > 0  # the uppermost particles are thicker: the density that the grid sees is a little off there
-            check.that(abs(level - 1) < (1e-4 if cut else 2e-5) + 2 * abs(plain - 1) and moves < (3e-5 if cut else 1e-5) + 3 * moved,
+            cut = upper * 40 % 1 > 0  # the uppermost particles lie off the lattice: the density that the grid sees is a little off there
+            check.that(abs(level - 1) < (2e-4 if cut else 2e-5) + 2 * abs(plain - 1) and moves < (3e-5 if cut else 1e-5) + 3 * moved,
                        f"water at rest, {upper} m deep, {more}: level {level - 1:+.1e}, kinetic energy {moves:.0e} of the strain energy; without relaxation {plain - 1:+.1e}, {moved:.0e}")
 
 
