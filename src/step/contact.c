@@ -299,9 +299,16 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   for (int rounds = 0; rounds < ROUNDS && (!rounds || most > QUIET * largest); rounds++) {
     Glue(c, rounds ? PETSC_FALSE : PETSC_TRUE);
     most = 0;
-    for (PetscInt k = 0; k < c->ncolumns; k++)
-      most = PetscMax(most, Act(core, &c->column[k], decides, advance, Free(c, &c->column[k], yield)));
-    if (yield) most = PetscMax(most, MPMRigidsStand(core));
+    for (PetscInt k = 0; k < c->ncolumns; k++) {
+      const PetscReal change = Act(core, &c->column[k], decides, advance, Free(c, &c->column[k], yield));
+
+      most = PetscMax(most, change); /* a macro, which would act twice */
+    }
+    if (yield) {
+      const PetscReal change = MPMRigidsStand(core);
+
+      most = PetscMax(most, change);
+    }
     largest = PetscMax(largest, most);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++)

@@ -106,6 +106,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   const MPMPair  *pair   = &c->pair[to->pair];
   const PetscInt  axis   = c->part[to->first].axis;
   PetscReal       all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
+  PetscBool       alone;
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
@@ -121,7 +122,8 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
     to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
     room    = PetscMin(room, q->room[axis]);
   }
-  for (PetscInt k = to->first; k < to->last && !(to->gap < PETSC_INFINITY); k++) {
+  alone = to->gap < PETSC_INFINITY ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt k = to->first; k < to->last && alone; k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
 
     to->gap = PetscMin(to->gap, q->wide[0] + q->wide[1]);
