@@ -15,9 +15,8 @@ import check
 
 part, = check.arguments(__doc__, 1)
 sys.path[:0] = [os.path.join(check.source, "tools", "trust")]
-import problems  # noqa: E402 (after the path)
+import trust  # noqa: E402 (after the path)
 import scenes  # noqa: E402
-import trust  # noqa: E402
 from starters import KNOWN, STARTERS  # noqa: E402
 
 # ---- The table: scenes leave to the program what is its to choose, and every mark belongs to a row.
@@ -72,8 +71,8 @@ for name, get in dict(spin=scenes.spin, volumes=scenes.volumes, inner_rim=scenes
     one, two = get(whole, 8), get(halved, 8)
     check.that(abs(two / one - 1) < 1e-12, f"{name} of particles, and of the same with some divided into two: {one}, {two}")
 x = np.random.default_rng(2).normal(size=500)
-check.that(abs(problems.reach(x, np.full(500, 3.0)) - np.quantile(x, 0.995)) < 1e-12, "the reach of particles of one mass is a quantile of their places")
-check.that(problems.reach(np.append(x, x + 10), np.repeat([1, 1e-9], 500)) <= x.max(), "what has next to no mass does not reach far")
+check.that(abs(scenes.problems.reach(x, np.full(500, 3.0)) - np.quantile(x, 0.995)) < 1e-12, "the reach of particles of one mass is a quantile of their places")
+check.that(scenes.problems.reach(np.append(x, x + 10), np.repeat([1, 1e-9], 500)) <= x.max(), "what has next to no mass does not reach far")
 
 # ---- The runs
 if part == "first":
