@@ -104,7 +104,7 @@ def check_load():
     path = scene(2, "shape box", "lower 0.13,0.2", "upper 0.77,0.79", steps=5, more=("-loads p", "-load_p_body b", "-load_p_type traction", "-load_p_face xmax", '-load_p_value "100,0"'))
     told = check.must("-options_file", path, "-output_dir", ".", "-output_name", "load")
     area, h = float(told.find(r"area along each axis \(([\d.]+), 0\)")), check.history("load.csv")
-    check.that(abs(area / 0.59 - 1) < 0.01 and abs(h["momentum_x"][-1] / (100 * area * h["time"][-1]) - 1) < 1e-9, f"traction on a side of 0.59 m: it acts on {area} m")
+    check.that(abs(area / 0.59 - 1) < 0.01 and abs(h["momentum_x"][-1] / (100 * area * h["time"][-1]) - 1) < 1e-5, f"traction on a side of 0.59 m: it acts on {area} m")
 
 
 def check_sums():
