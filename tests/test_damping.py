@@ -74,9 +74,9 @@ def spin(method, turns=3):
     run = check.must("-options_file", path, *method.split())
     momenta = []
     for which in (0, -1):
-        found = check.particles("output/spin.h5", which, ("x", "v"))
+        found = check.particles("output/spin.h5", which, ("x", "v", "mass"))
         x, v = found["x"], found["v"]
-        momenta.append((x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]).sum())
+        momenta.append((found["mass"] * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])).sum())
     return momenta[1] / momenta[0], run.out
 
 

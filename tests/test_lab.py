@@ -278,6 +278,15 @@ check.that(
     f"particles that leave are not compared: {errors} {told.err}",
 )
 
+disk = ["-dim 2", "-grid_lower -0.5,-0.5", "-grid_upper 0.5,0.5", "-grid_cells 8,8", "-materials m", "-material_m_model neohookean", "-material_m_rho 1000", "-material_m_E 1e4",
+        "-material_m_nu 0.3", "-bodies b", "-body_b_shape sphere", "-body_b_center 0,0", "-body_b_radius 0.3", "-body_b_material m", '-body_b_velocity "0.3*x,0-0.3*y"', "-time_end 0.1"]  # fmt: skip
+told = study("convergence", check.write("cut.opts", disk), "-output_dir", "cut", "--levels", "4")
+errors = [float(row["error"] or 0) for row in rows("cut", "study", "cut")] if told.status == 0 else []
+check.that(
+    told.status == 0 and len(errors) == 4 and errors[0] > 2.5 * errors[1] > 5 * errors[2] > 0,
+    f"a disk whose particles start beside their lattice (-method_rim cut): {errors} {told.err}",
+)
+
 words = ["-output_dir", "known", "--levels", "3", *SWINGS]
 first = command("convergence", bar, *words)
 before = check.content("known/bar_study.csv")

@@ -113,6 +113,20 @@ heavy = body([4, 4], lambda X: 0 * X)
 heavy.m *= 3
 difference = series.compare([one, heavy], [other, body([8, 8], lambda X: 0 * X)], free[:2])[0]
 check.that(near(difference, 5e-3 / 2), "by mass: a quarter of it is 5 mm off")
+some = body([4, 4], lambda X: (X[:, :1] > 0.5) * [3e-3, 4e-3])
+some.m[some.X[:, 0] < 0.5] = 3
+difference = series.compare([some], [body([8, 8], lambda X: 0 * X)], free[:2])[0]
+check.that(near(difference, 5e-3 / 2), "by the masses of the particles: a quarter of the mass is 5 mm off")
+beside = body([8, 8], lambda X: X)
+moved = 0.04 * np.sin(np.arange(128)).reshape(64, 2)
+sums, total = series.step_to(series.Body(beside.X + moved, beside.u, places=beside.X), beside, free[:2], 4)
+inside = abs(total - 1) < 1e-9
+check.that(
+    inside.sum() >= 16 and abs(sums - moved)[inside].max() < 1e-13,
+    "particles beside their places of the lattice are compared where they start",
+)
+one = series.Body(beside.X + moved, beside.u, places=beside.X)
+check.that((one.b == 0.125).all() and (one.at == beside.at).all(), "their places are those of the lattice")
 disk = lambda X: ((X - 0.5) ** 2).sum(1) < 0.2  # noqa: E731
 difference, size = series.compare(
     [body([9, 9], lambda X: 0 * X, keep=disk)], [body([18, 18], lambda X: 0 * X + [3e-3, 4e-3], keep=disk)], free[:2]

@@ -99,9 +99,31 @@ def check_weight():
         check.that(moves < 1e-4, f"column of {top} m: kinetic energy {moves:.0e} of the strain energy")
 
 
+def check_load():
+    """The area that a run prints of a load is that on which it acts: of the body, not of its lattice."""
+    path = scene(2, "shape box", "lower 0.13,0.2", "upper 0.77,0.79", steps=5, more=("-loads p", "-load_p_body b", "-load_p_type traction", "-load_p_face xmax", '-load_p_value "100,0"'))
+    told = check.must("-options_file", path, "-output_dir", ".", "-output_name", "load")
+    area, h = float(told.find(r"area along each axis \(([\d.]+), 0\)")), check.history("load.csv")
+    check.that(abs(area / 0.59 - 1) < 0.01 and abs(h["momentum_x"][-1] / (100 * area * h["time"][-1]) - 1) < 1e-5, f"traction on a side of 0.59 m: it acts on {area} m")
+
+
+def check_sums():
+    """Particles of a body differ in mass; with theirs the sums are those of the history."""
+    path = scene(2, "shape sphere", "center 0.51,0.47", "radius 0.33", 'velocity "y^2,x*y"', steps=5)
+    check.must("-options_file", path, "-output_dir", ".", "-output_name", "sums", "-output_fields", "mass,velocity", "-history_bodies", "b")
+    p, h = check.particles("sums.h5"), {name: values[-1] for name, values in check.history("sums.csv").items()}
+    m, x, v = p["mass"], p["x"], p["v"]
+    for name, values in dict(mass=np.ones(len(m)), kinetic_energy=0.5 * (v**2).sum(1), momentum_x=v[:, 0], momentum_y=v[:, 1]).items():
+        check.that(abs((m * values).sum() / h[name] - 1) < 1e-12, f"{name} by the masses of particles: {(m * values).sum()}")
+    alike = abs(m.sum() * v[:, 0].mean() / h["momentum_x"] - 1)
+    check.that(abs((m * x[:, 0]).sum() / m.sum() - h["center_b_x"]) < 1e-12 and len(np.unique(m)) > 5 and alike > 1e-3, f"with equal masses momentum_x would be off by {alike:.1e}")
+
+
 check_volumes()
 check_symmetry()
 check_bits()
 check_errors()
 check_weight()
+check_load()
+check_sums()
 check.end()

@@ -172,7 +172,7 @@ def particles(told, which=-1):
 def spin(told, which=-1):
     """Angular momentum of the particles (2-D) over their mass, about the origin."""
     p = particles(told, which)
-    return np.mean(p["x"][:, 0] * p["v"][:, 1] - p["x"][:, 1] * p["v"][:, 0])
+    return np.average(p["x"][:, 0] * p["v"][:, 1] - p["x"][:, 1] * p["v"][:, 0], weights=p["mass"])
 
 
 def spin_kept(least, most=1.01):

@@ -1,17 +1,22 @@
 """The starter problems (tools/trust) with the default settings: their exact or published numbers are met, but for
 those that are known to be missed. docs/trust.md is what its data say.
 
+What is read from particles weighs them by mass or volume.
+
 usage: test_trust.py PEBBLE SOURCE MPIEXEC first|all     (first: 1-D and 2-D on the first grid; all: into trust.csv)
 """
 import os
 import re
 import sys
 
+import numpy as np
+
 import check
 
 part, = check.arguments(__doc__, 1)
 sys.path[:0] = [os.path.join(check.source, "tools", "trust")]
 import trust  # noqa: E402 (after the path)
+import scenes  # noqa: E402
 from starters import KNOWN, STARTERS  # noqa: E402
 
 # ---- The table: scenes leave to the program what is its to choose, and every mark belongs to a row.
@@ -37,6 +42,37 @@ for fine, changed in ((True, row), (False, row | above), (False, row | no_number
                       (False, row | refused), (False, marked), (True, marked | above), (True, marked | stopped)):
     found, line = trust.judge(changed)
     check.that(found == fine, f"{'taken' if found else 'found'}: {line}")
+
+# ---- Matter counts by its mass and volume: a particle that is divided into two changes no number.
+class Made:
+    """What is read of a run, of made-up particles; halved: which of them are two of half the mass and volume."""
+    dim, h = 2, 0.1
+
+    def __init__(self, halved):
+        numbers = np.random.default_rng(1)
+        self.fields, n = [], len(halved)
+        for _ in range(2):
+            fields = dict(x=numbers.uniform(0.1, 0.54, (n, 3)), v=numbers.normal(size=(n, 3)), mass=numbers.uniform(1, 2, n),
+                          volume=numbers.uniform(1, 2, n), stress=1e5 * numbers.normal(size=(n, 9)))
+            self.fields.append({key: np.concatenate([values, values[halved]]) for key, values in fields.items()})
+            for key in ("mass", "volume"):
+                self.fields[-1][key][np.append(halved, np.ones(halved.sum(), bool))] /= 2
+
+    def particles(self, which, *names):
+        return [self.fields[which][name] for name in names]
+
+    def column(self, name):
+        return np.ones(2)
+
+
+whole, halved = Made(np.zeros(40, bool)), Made(np.arange(40) % 3 == 0)
+for name, get in dict(spin=scenes.spin, volumes=scenes.volumes, inner_rim=scenes.inner_rim, mean_stress=scenes.mean_stress(0.1), hydrostatic=scenes.hydrostatic,
+                      vertical_stress=scenes.vertical_stress, idle=scenes.idle(0.5)).items():
+    one, two = get(whole, 8), get(halved, 8)
+    check.that(abs(two / one - 1) < 1e-12, f"{name} of particles, and of the same with some divided into two: {one}, {two}")
+x = np.random.default_rng(2).normal(size=500)
+check.that(abs(scenes.problems.reach(x, np.full(500, 3.0)) - np.quantile(x, 0.995)) < 1e-12, "the reach of particles of one mass is a quantile of their places")
+check.that(scenes.problems.reach(np.append(x, x + 10), np.repeat([1, 1e-9], 500)) <= x.max(), "what has next to no mass does not reach far")
 
 # ---- The runs
 if part == "first":

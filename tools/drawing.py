@@ -254,7 +254,10 @@ def lattice_domains(was, x, sides):
     the particle had in the lattice at the start. Neighbours that went far away don't count."""
     dim = x.shape[1]
     domains = np.eye(dim) * sides[:, None, :]
-    place = np.round((was - was.min(0)) / sides.mean(0)).astype(np.int64) + 1
+    side = np.median(sides, axis=0)  # those at the surface of a body may be larger or smaller, and start beside their places
+    whole = np.abs(sides / side - 1).max(1).argmin()
+    place = np.round((was - was[whole]) / side).astype(np.int64)
+    place -= place.min(0) - 1
     count = place.max(0) + 2
     if np.prod(count.astype(float)) > 1e8:
         return domains
@@ -382,7 +385,8 @@ def check_view(run, limits, cut, domains):
 def of_snapshot(run, particles, name, time):
     """One number of a snapshot: how far its particles reach, or the error."""
     if name == "error":
-        return np.sqrt((quantity(run, particles, "error", time)[0]**2).mean())
+        mass = particles["mass"][...] if "mass" in particles else None
+        return np.sqrt(np.average(quantity(run, particles, "error", time)[0]**2, weights=mass))
     axis = 0 if name == "front" else run["dim"] - 1
     x = particles["x"][:, axis]
     return (x + 0.5 * volumes_of(run, particles)**(1 / run["dim"])).max() if len(x) else np.nan

@@ -92,8 +92,7 @@ class Convergence:
             row["1/ppc"] = 1 / scene.per_cell(options, facts, self.study.processes)[0][0]
         row["quantity"], row["key"] = self.quantity.of(result) if self.quantity.on else math.nan, key
         if not self.quantity.on:
-            start = scene.begun(options, self.study.processes)[0] if self.study.known else result.snapshots[0]
-            self.samples.append(scene.samples(start, result.snapshots[-1], facts))
+            self.samples.append(scene.samples(options, self.study.processes, result.snapshots[-1], facts))
         self.rows.append(row)
         self.study.say(
             f"{'known' if again else 'run':<10} {level + 1} of {self.levels}: {'x'.join(map(str, facts.cells))} "

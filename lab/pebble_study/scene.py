@@ -87,7 +87,6 @@ class Facts:
         ]
         self.counts = [int(n) for n in result.find(r"^scene .* particles \((\S+)\)").split("+")]
         self.particles = sum(self.counts)
-        self.rho = [float(options[f"material_{options[f'body_{name}_material']}_rho"]) for name in bodies(options)]
         self.basis, form, self.update, self.transfer, number, *rest = KERNELS.search(result.out).groups()
         self.stretched = form == "stretch"
         self.strain, self.rate, self.viscosity = (float(text) if text else None for text in rest)
@@ -177,12 +176,23 @@ def version(known={}):
 
 def begun(options, processes):
     """The first snapshot of a scene, as its options are without a known solution, which may start displaced: where all
-    particles are on their lattices; and the names of the columns of its history."""
+    particles start, and their masses; and the names of the columns of its history."""
     plain = options | dict.fromkeys([name for name in options if re.match(r"mms_|reference_", name)])
-    result = run(plain | {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300}, processes)
+    start = {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300, "output_fields": "mass"}
+    result = run(plain | start, processes)
     if result.status:
         raise Refused(result.line)
     return result.snapshots[0], list(result.history)
+
+
+def lattice(options, processes, start=None):
+    """[n, 3] places of the particles of a scene on their lattices; start: its first snapshot. Those at the surface of a
+    body may start beside theirs (-method_rim cut)."""
+    start = start or begun(options, processes)[0]
+    whole = options | {"method_rim": "whole"}
+    if len(np.unique(start.particles["mass"])) > 1 and not Facts(whole, processes).refused:
+        start = begun(whole, processes)[0]
+    return start.particles["x"]
 
 
 def per_cell(options, facts, processes):
@@ -190,10 +200,9 @@ def per_cell(options, facts, processes):
     given = [options.get(f"body_{name}_ppc") for name in bodies(options)]
     if all(given):
         return [[int(n) for n in numbers(text, facts.dim)] for text in given]
-    X = begun(options, processes)[0].particles["x"]
+    places = lattice(options, processes)[:, : facts.dim]
     return [
-        [round(h / series.spacing(axis, 0.5 * h)) for h, axis in zip(facts.h, part.T)]
-        for part in parts(X[:, : facts.dim], facts)
+        [round(h / series.spacing(axis, 0.5 * h)) for h, axis in zip(facts.h, part.T)] for part in parts(places, facts)
     ]
 
 
@@ -202,15 +211,17 @@ def parts(values, facts):
     return np.split(values, np.cumsum(facts.counts)[:-1])
 
 
-def samples(start, end, facts):
-    """The bodies of a run, to be compared with those of another: from where they started and the last snapshot, in
-    which particles that left the grid are missing."""
+def samples(options, processes, end, facts):
+    """The bodies of a run, to be compared with those of another: from where they start and the last snapshot, in which
+    particles that left the grid are missing."""
+    start = begun(options, processes)[0]
+    places = lattice(options, processes, start)[:, : facts.dim]
     some = np.isin(start.particles["id"], end.particles["id"])
-    X, x = start.particles["x"][:, : facts.dim], end.particles["x"][:, : facts.dim]
+    X, x, m = start.particles["x"][:, : facts.dim], end.particles["x"][:, : facts.dim], start.particles["mass"]
     u = np.full_like(X, np.nan)
     u[some] = x - X[some]
     halves = [0.5 * h for h in facts.h]  # spacing on an axis where there is one particle
-    return [series.Body(*both, rho, halves) for *both, rho in zip(parts(X, facts), parts(u, facts), facts.rho)]
+    return [series.Body(*each, halves) for each in zip(*(parts(values, facts) for values in (X, u, m, places)))]
 
 
 def read_table(path, first):

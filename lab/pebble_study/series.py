@@ -52,14 +52,16 @@ def rest(differences):
 
 class Body:
     """The particles of a body: X and u [n, dim], where they started and their displacements, m, NaN for those that left
-    the grid, which are not kept; rho, kg/m^3; thin: the spacing of their lattice on an axis on which there is one."""
+    the grid, which are not kept; m [n] or one for all: their masses, kg; places [n, dim]: of the lattice, m, X if None;
+    thin: the spacing of their lattice on an axis on which there is one."""
 
-    def __init__(self, X, u, rho=1.0, thin=(1.0, 1.0, 1.0)):
+    def __init__(self, X, u, m=1.0, places=None, thin=(1.0, 1.0, 1.0)):
         X, u = np.asarray(X, float), np.asarray(u, float)
-        self.first, self.b = X.min(0), np.array([spacing(*axis) for axis in zip(X.T, thin)])
-        self.m = rho * self.b.prod()
+        places = X if places is None else np.asarray(places, float)
+        self.first, self.b = places.min(0), np.array([spacing(*axis) for axis in zip(places.T, thin)])
         there = ~np.isnan(u).any(1)
-        self.X, self.u = X[there], u[there]
+        self.X, self.u, self.m = X[there], u[there], np.broadcast_to(m, len(X))[there]
+        self.at = np.rint((places[there] - self.first) / self.b).astype(int)  # numbers of their places
 
 
 def spacing(coordinates, thin=1.0):
@@ -80,9 +82,8 @@ def step_to(coarse, fine, length, points):
     """[n, dim] mean of u_fine - u over the fine particles around each coarse one, times the sum of their weights; and
     that sum [n], 1 if all of them are there. length: of the periodic axes, infinite for others."""
     dim = coarse.X.shape[1]
-    where = np.rint((fine.X - fine.first) / fine.b).astype(int)
-    there = np.full(where.max(0) + 1, -1)
-    there[tuple(where.T)] = np.arange(len(where))
+    there = np.full(fine.at.max(0) + 1, -1)
+    there[tuple(fine.at.T)] = np.arange(len(fine.at))
     place = (coarse.X - fine.first) / fine.b  # on the fine lattice, whose particles are at whole numbers
     left = np.floor(place + 1e-6).astype(int)
     t = np.maximum(0, place - left)
@@ -116,7 +117,7 @@ def compare(coarse, fine, length):
             sums[edge], total[edge] = linear[edge], its[edge]
         some = total >= 1e-9  # at a curved edge the finer lattice may have no particle here
         e = sums[some] / total[some, None]
-        d2 += one.m * math.fsum((e**2).sum(1))
-        u2 += one.m * math.fsum(((one.u[some] + e) ** 2).sum(1))
-        mass += one.m * some.sum()
+        d2 += math.fsum(one.m[some] * (e**2).sum(1))
+        u2 += math.fsum(one.m[some] * ((one.u[some] + e) ** 2).sum(1))
+        mass += math.fsum(one.m[some])
     return math.sqrt(d2 / mass), math.sqrt(u2 / mass)

@@ -227,7 +227,7 @@ class Trade:
         row["done"] = self.enough(row)
         if not compare or stopped:
             return result, None
-        return result, scene.samples(result.snapshots[0], result.snapshots[-1], self.its)
+        return result, scene.samples(options, self.study.processes, result.snapshots[-1], self.its)
 
     def enough(self, row):
         """Whether a run was made as often as wanted, now or before."""

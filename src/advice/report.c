@@ -186,7 +186,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
   for (PetscInt l = 0; l < scene->nloads; l++) {
     const MPMLoad *load    = &scene->loads[l];
     const MPMBody *body    = &scene->bodies[load->body];
-    PetscInt64     n[7]    = {0}; /* particles, and their sides */
+    PetscInt64     n[7]    = {0}; /* particles, and the areas of their sides, in parts of that of the lattice */
     PetscReal      area[3] = {0}, most = 0, at = 0;
     MPMSum         rings[3]; /* of a body of revolution: areas */
 
@@ -203,7 +203,8 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
 
       if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
       n[0]++;
-      for (PetscInt k = 0; k < 2 * dim; k++) n[1 + k] += sides >> k & 1;
+      for (PetscInt k = 0; k < 2 * dim; k++)
+        if (sides >> k & 1) n[1 + k] += (PetscInt64)(MPM_SKIN_AREA * MPMSkinArea(view.depth[2 * dim * p + k]));
       for (PetscInt k = 0; k < 2 * dim && body->round; k++)
         if (sides >> k & 1)
           MPMSumAdd(&rings[k / 2], 2 * PETSC_PI * body->b[1 - k / 2] *
@@ -214,7 +215,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s, area along each axis (",
                        load->name, load->type == MPM_LOAD_PRESSURE ? "pressure" : "traction", n[0], body->name));
     for (PetscInt d = 0; d < dim; d++) {
-      area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]);
+      area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]) / MPM_SKIN_AREA;
       for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
       if (body->round) area[d] = MPMSumValue(&rings[d]);
       PetscCall(MPMPrint(&core->print, "%s%g", d ? ", " : "", (double)area[d]));

@@ -14,20 +14,20 @@ Angular momentum is that of the particles' velocities, and with the affine part 
 import math
 
 import numpy as np
-from problems import positions
+from problems import positions, reach
 
 TURN = 2 * math.pi
 SOLID = "-materials m -material_m_model neohookean -material_m_rho 1000 -material_m_nu .3 -bodies b -body_b_material m"
 CASES = {
     "spin": f"-dim 2 -grid_lower -.5,-.5 -grid_upper .5,.5 -grid_cells 18,18 {SOLID} -material_m_E 3e4 -body_b_shape box -body_b_lower -.2,-.15 -body_b_upper .2,.15 "
-            f"-body_b_velocity 0-y,x -time_end {100 * TURN!r} -output_every {TURN!r} -output_fields velocity -history_every {TURN!r}",
+            f"-body_b_velocity 0-y,x -time_end {100 * TURN!r} -output_every {TURN!r} -output_fields mass,velocity -history_every {TURN!r}",
     "disk": f"-dim 2 -grid_lower -.5,-.5 -grid_upper .5,.5 -grid_cells 16,16 {SOLID} -material_m_E 1e4 -body_b_shape sphere -body_b_center 0,0 -body_b_radius .25 "
-            f"-body_b_velocity 0-y,x -time_end {100 * TURN!r} -output_every {TURN!r} -output_fields velocity -history_every {TURN!r}",
+            f"-body_b_velocity 0-y,x -time_end {100 * TURN!r} -output_every {TURN!r} -output_fields mass,velocity -history_every {TURN!r}",
     "drift": "-dim 1 -grid_lower 0 -grid_upper 1 -grid_cells 50 -bc_xmin_type periodic -bc_xmax_type periodic -materials m -material_m_model elastic -material_m_rho 1 "
              "-material_m_E 1 -material_m_nu 0 -bodies b -body_b_shape box -body_b_lower .18 -body_b_upper .82 -body_b_material m "
              "-body_b_velocity 0.13+1e-6*(sin(pi*(x-.5)/.64)+sin(21*pi*(x-.5)/.64)) -time_end 283 -output_format none -history_every 283",
-    "sand": "-output_every 1.8 -output_fields body",
-    "dam": "-check_energy 0 -output_every 0.7 -output_fields body -history_every 0.7",
+    "sand": "-output_every 1.8 -output_fields mass",
+    "dam": "-check_energy 0 -output_every 0.7 -output_fields mass -history_every 0.7",
 }
 SCENES = {"sand": "column", "dam": "dambreak"}  # files of options/
 STEPS = {"sand": (0.4, 0.1), "dam": (0.4, 0.1)}  # -dt_cfl, where it is not the method's own
@@ -43,13 +43,13 @@ def evaluate(case, run):
         return row
     if case in STEPS and run.status:
         return row
-    t, x, v = positions(run.path(".h5"))
+    t, x, v, m = positions(run.path(".h5"))
     if case in STEPS:
-        row["front"] = f"{np.quantile(x[-1][:, 0], 0.995) - (case == 'sand'):.4f}"
+        row["front"] = f"{reach(x[-1][:, 0], m) - (case == 'sand'):.4f}"
         if case == "dam":
             row["energy"] = f"{1 - run.history('total_energy')[-1] / run.history('external_work')[-1]:.4f}"
         return row
-    L = (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0]).sum(1)
+    L = (m * (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0])).sum(1)
     for turns in 3, 30, 100:
         k = np.abs(t - turns * TURN).argmin()
         if abs(t[k] - turns * TURN) < 0.1 * TURN:

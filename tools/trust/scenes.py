@@ -90,6 +90,11 @@ def volumes(run, n):
     return run.particles(-1, "volume")[0].sum()
 
 
+def rms(values, weights):
+    """Of values of the particles, by their volumes or masses, in which those at the surface of a body differ."""
+    return math.sqrt(np.average(values**2, weights=weights))
+
+
 def impulse(run, face, axis):
     """Times, and the impulse of a wall so far as a part of the whole."""
     t = run.column("time")
@@ -203,29 +208,32 @@ def rebound(axis):
 def spinning_disk(n):
     return (grid([-0.5, -0.5], [0.5, 0.5], 0.25 / n) + rubber(1e4)
             + body("sphere", center=[0, 0], radius=0.25, velocity="0 - y, x")
-            + ends(6 * math.pi, snapshots=3, more="-output_fields velocity"))
+            + ends(6 * math.pi, snapshots=3, more="-output_fields mass,velocity"))
 
 
 def spin(run, n):
     """Angular momentum of the particles at the end over that at the start."""
-    L = [np.cross(*run.particles(k, "x", "v"))[:, 2].sum() for k in (0, -1)]
-    return L[1] / L[0]
+    def at(which):
+        m, x, v = run.particles(which, "mass", "x", "v")
+        return (m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])).sum()
+    return at(-1) / at(0)
 
 
 def ring(n):
     pressure = "1e4*(X*X + Y*Y < 0.5625)*(t < 0.8 ? (1 - cos(pi*t/0.8))/2 : 1)"
     return (grid([-1.25, -1.25], [1.25, 1.25], 0.5 / n) + rubber(1e6)
             + body("annulus", center=[0, 0], inner_radius=0.5, radius=1) + load("pressure", pressure, "all")
-            + ends(1, snapshots=1, more="-output_fields body"))
+            + ends(1, snapshots=1, more="-output_fields mass"))
 
 
 def inner_rim(run, n):
     """Displacement of the inner rim in mm, from the particles within 5 cm of it."""
     R, u = problems.ring_displacement()
-    x0, x = (run.particles(k, "x")[0][:, :2] for k in (0, -1))
-    r = np.hypot(*x0.T)
+    (m, x0), (x,) = run.particles(0, "mass", "x"), run.particles(-1, "x")
+    r = np.hypot(*x0.T[:2])
     near = r < 0.55
-    return 1000 * u[0] * (((x - x0) * x0).sum(1) / r)[near].mean() / np.interp(r[near], R, u).mean()
+    moved = ((x - x0) * x0).sum(1) / r
+    return 1000 * u[0] * (m * moved)[near].sum() / (m[near] * np.interp(r[near], R, u)).sum()
 
 
 # ---- Metals
@@ -250,8 +258,8 @@ def plates(run, n):
 def mean_stress(right):
     """rms difference of the mean stress of the particles from the right one in MPa, over that."""
     def get(run, n):
-        p = -run.particles(-1, "stress")[0][:, [0, 4, 8]].mean(1) / 1e6
-        return math.sqrt(((p / right - 1)**2).mean())
+        stress, volume = run.particles(-1, "stress", "volume")
+        return rms(-stress[:, [0, 4, 8]].mean(1) / 1e6 / right - 1, volume)
     return get
 
 
@@ -331,7 +339,8 @@ def settlement(run, n):
 def vertical_stress(run, n):
     """rms error over rho g H. What lies above a particle did so at the start too."""
     weight = 2000 * 9.81 * (10 - run.particles(0, "x")[0][:, 1])
-    return math.sqrt(((run.particles(-1, "stress")[0][:, 4] + weight)**2).mean()) / (2000 * 9.81 * 10)
+    stress, volume = run.particles(-1, "stress", "volume")
+    return rms(stress[:, 4] + weight, volume) / (2000 * 9.81 * 10)
 
 
 def slope(factor):
@@ -362,12 +371,15 @@ def limit_load(run, n):
 
 def heap(width):
     return lambda n: (grid([0, 0], [4, 1.25], 1 / n, [0, -9.81], xmin="slip", xmax="slip", ymin="fixed") + SAND
-                      + box([0, 0], [width, 1]) + ends(2, snapshots=1, more="-output_fields body"))
+                      + box([0, 0], [width, 1]) + ends(2, snapshots=1, more="-output_fields mass"))
 
 
 def run_out(width):
     """Of 99.5 % of the sand."""
-    return lambda run, n: np.quantile(run.particles(-1, "x")[0][:, 0], 0.995) / width - 1
+    def get(run, n):
+        m, x = run.particles(-1, "mass", "x")
+        return problems.reach(x[:, 0], m) / width - 1
+    return get
 
 
 def thrown_sand(n):
@@ -393,10 +405,9 @@ def still_tank(n):
 
 def hydrostatic(run, n):
     """rms error of the pressure of particles below 1.5 h, over rho g H."""
-    x, stress = run.particles(-1, "x", "stress")
+    x, stress, volume = run.particles(-1, "x", "stress", "volume")
     deep = x[:, 1] < 0.5 - 1.5 * run.h
-    p = -stress[deep][:, [0, 4, 8]].mean(1) / 9810 - (0.5 - x[deep][:, 1])
-    return math.sqrt((p * p).mean()) / 0.5
+    return rms(-stress[:, [0, 4, 8]].mean(1) / 9810 - (0.5 - x[:, 1]), volume * deep) / 0.5
 
 
 def sloshing(n):
@@ -418,14 +429,14 @@ A = 0.05715  # width of the column of Martin and Moyce in m
 def moyce(n):
     return (grid([0, 0], [5 * A, 2.25 * A], A / n, [0, -9.81], xmin="slip", xmax="slip", ymin="slip")
             + material("fluid", rho=1000, K=2.2426e5, viscosity=1e-3) + box([0, 0], [A, 2 * A])
-            + ends(0.18, snapshots=90, more="-output_fields body"))
+            + ends(0.18, snapshots=90, more="-output_fields mass"))
 
 
 def front(*places):
     """Time at which 99.5 % of the water is behind a place in A, or from one place to another, in sqrt(a/2g)."""
     def get(run, n):
-        t, x, _ = problems.positions(run.path(".h5"))
-        reached = np.maximum.accumulate(np.quantile(x[..., 0], 0.995, axis=1))
+        t, x, _, m = problems.positions(run.path(".h5"))
+        reached = np.maximum.accumulate([problems.reach(now, m) for now in x[..., 0]])
         times = np.interp(np.array(places) * A, reached, t) / math.sqrt(A / 2 / 9.81)
         return times[-1] - (times[0] if len(times) > 1 else 0)
     return get
@@ -462,9 +473,9 @@ def volume(mass):
 
 
 def idle(depth):
-    """Of water at rest: share of the particles deeper than 1.5 h that have no pressure."""
+    """Of water at rest: share of what is deeper than 1.5 h that has no pressure."""
     def get(run, n):
-        x, stress = run.particles(-1, "x", "stress")
+        x, stress, volume = run.particles(-1, "x", "stress", "volume")
         deep = x[:, run.dim - 1] < depth - 1.5 * run.h
-        return (stress[deep][:, [0, 4, 8]].sum(1) >= 0).mean()
+        return np.average(stress[:, [0, 4, 8]].sum(1) >= 0, weights=volume * deep)
     return get
