@@ -231,7 +231,7 @@ check.that(
     "transfers with -method_flip and with -method_order are those of transfer.def",
 )
 check.that(
-    methods.bounds("bspline2", "usl", "flip") == (0.85, 0.85)
+    methods.bounds("bspline2", "usl", "flip") == (0.75, 0.75)
     and methods.bounds("linear", "musl", "flip", 0.99) == (1.5, 0.1)
     and methods.bounds("gimp", "usl", "aflip", strain=0.5) == (0.55, 0.3)
     and methods.bounds("bspline2", "usl", "afmpm") == (0.7, 0.7),
