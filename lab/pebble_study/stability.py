@@ -300,7 +300,7 @@ class Stability:
             f"{method.name:<34}{limits} {table:>10} {float(row['dt_cfl']):7.3g} {float(row['margin']):7.2g} "
             f"{float(row['seconds']):8.3g}"
         )
-        grows = [f"{name} {row[name + '_growth']} at {row[name + '_unstable']}" for name in found if row[name + "_growth"]]
+        grows = [f"{name} {row[name + '_growth']} at {row[name + '_unstable']}" for name in found if row.get(name + "_growth")]
         if grows:
             self.study.say(f"           grows e-fold in 1,000 steps, times: {', '.join(grows)}")
 

@@ -207,7 +207,6 @@ STARTERS = {
 CLAMP = "matter tears at a clamp where it is stretched to nearly twice its length"
 SINKS = "sand that has fallen lies a sixth of a cell in the floor"
 WRONG = [
-    (CLAMP, "hanging bar|hanging bar, 2-D", "", 3),
     (CLAMP, "swinging beam", "", 23),
     (SINKS, "sand thrown up", "gap under it", 3),
 ]
