@@ -247,4 +247,11 @@ for text, wrong in (
         check.that(False, f"--update {text[:20]} is refused")
     except scene.Refused as refused:
         check.that(wrong in str(refused), f"--update {text[:20]}: {refused}")
+step = np.arange(0, 2001, 20)
+energy = 1e-3 + np.exp(0.02 * (step - 1000))
+rates = [stability.growth(step, e, 10.0) for e in (energy, np.minimum(energy, 1e6), energy[::-1])]
+check.that(
+    near(rates[0], 20, 1e-2) and near(rates[1], 20, 0.05) and np.isnan(rates[2]),
+    f"growth in 1,000 steps: {rates}; the second grows no more in the end, the third falls",
+)
 check.end()
