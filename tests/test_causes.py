@@ -162,8 +162,8 @@ for label, words in (("sheared to 2", ["-body_b_velocity", "4*(y-0.5),0", "-mate
 
 # ---- Other stops
 
-stops("steps that are too long", "box", ["-body_b_velocity", "sin(7*x),0", "-dt_size", "0.05"], r"is turned inside out.*steps were up to \S+ h/c long, and the method is stable up to 1\.1; use -dt_size auto$")
-stops("steps that are too long, by -dt_cfl", "box", ["-body_b_velocity", "sin(7*x),0", "-dt_cfl", "2", "-time_end", "4", "-grid_lower", "-2,-2", "-grid_upper", "6,3"], r"steps were up to \S+ h/c long, and the method is stable up to 1\.1; use -dt_cfl \S+$")
+stops("steps that are too long", "box", ["-body_b_velocity", "sin(7*x),0", "-dt_size", "0.05"], r"is turned inside out.*steps were up to \S+ h/c long, and the method is stable up to 0\.95; use -dt_size auto$")
+stops("steps that are too long, by -dt_cfl", "box", ["-body_b_velocity", "sin(7*x),0", "-dt_cfl", "2", "-time_end", "4", "-grid_lower", "-2,-2", "-grid_upper", "6,3"], r"steps were up to \S+ h/c long, and the method is stable up to 0\.95; use -dt_cfl \S+$")
 stops("a method that is unstable", "box", ["-body_b_velocity", "0-(y-0.5)*5,(x-0.5)*5", "-method_basis", "linear", "-method_update", "usl", "-method_transfer", "flip"],
       r"is turned inside out.*; the method is unstable where particles cross cells; use -method_basis bspline2$")
 stops("a body that flies out", "box", ["-body_b_velocity", "1,0", "-time_end", "0.4"], r"left the grid, to \(1\.\S+, \S+\); .*; use a larger grid, walls \(-bc_\*_type\), or -particles_leave delete",
