@@ -254,4 +254,8 @@ check.that(
     near(rates[0], 20, 1e-2) and near(rates[1], 20, 0.05) and np.isnan(rates[2]),
     f"growth in 1,000 steps: {rates}; the second grows no more in the end, the third falls",
 )
+check.that(
+    [probe.dim for probe in stability.probes(3)] == [3, 1, 3] and [probe.dim for probe in stability.probes(2)] == [1, 1, 2],
+    "in 3-D a block is at rest too: its bound is the lowest",
+)
 check.end()
