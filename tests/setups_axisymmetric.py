@@ -29,7 +29,7 @@ def speed(E, nu, rho=1000):
 
 def breathing(shape, nu, n, **more):
     """A free body of radius 1, n cells, that starts with the velocity of its lowest mode: by how much the frequency is off,
-    the energy after 3 periods over that at the start, and what no term of its balance explains over it."""
+    the mean of the energy over the third period over that of the first (it swings by a part of first order in dt), and what no term of its balance explains over it."""
     k, c, h = MODES[shape, nu], speed(1e6, nu), 1 / n
     period = 2 * math.pi / (k * c)
     if shape == "cylinder":  # J1(k r), in powers of r
@@ -48,7 +48,7 @@ def breathing(shape, nu, n, **more):
     times = t[at] - swing[at] * (t[at + 1] - t[at]) / (swing[at + 1] - swing[at])
     total = rows["total_energy"]
     found = 4 * np.polyfit(np.arange(len(times)), times, 1)[0]
-    return period / found - 1, total[-1] / total[0], abs(rows["energy_integration"]).max() / total[0]
+    return period / found - 1, total[(t >= 2 * period) & (t < 3 * period)].mean() / total[t < period].mean(), abs(rows["energy_integration"]).max() / total[0]
 
 
 def lame(shape, n, **more):

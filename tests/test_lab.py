@@ -336,6 +336,13 @@ for name, why in (
     ("bspline2 musl xpic:3", "was wrong by"),
 ):
     check.that(dict(skipped).get(name, "").startswith(why), f"{name} is skipped: {dict(skipped).get(name)}")
+words = ["--basis", "bspline2,bspline3", "--update", "usl", "--transfer", "aflip", "--preset", "balanced", "--cfl", "0.4,0.8"]
+dry = command("trade", bar, "--dry-run", *words, *SWINGS, "-output_dir", "dry")
+names = re.findall(r"^runs +(.*?) +\d of \d grids", dry.out, re.M)
+check.that(
+    {"bspline3 usl aflip, cfl 0.4", "bspline3 usl aflip, cfl 0.8", "preset balanced, cfl 0.4", "preset balanced, cfl 0.8"} <= set(names),
+    f"--cfl is for methods and presets: {names} {dry.err}",
+)
 few = [
     "--levels",
     "2",
@@ -397,6 +404,10 @@ row = rows("stable", "stability")[0]
 check.that(
     found.status == 0 and float(row["crossing_unstable"]) <= 0.5 and float(row["rest"]) > 0,
     f"linear usl apic is unstable where particles cross: {row['crossing']} {found.err}",
+)
+check.that(
+    float(row["crossing_growth"]) > 10 and f"crossing {row['crossing_growth']} at {row['crossing_unstable']}" in found.out,
+    f"its strain energy grows e-fold {row['crossing_growth']} times in 1,000 steps",
 )
 again = study("stability", bar, *steps)
 check.that(rows("stable", "stability")[0] == row and again.status == 0, "it goes on from its table")

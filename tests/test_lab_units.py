@@ -245,10 +245,10 @@ check.that(
     "transfers with -method_flip and with -method_order are those of transfer.def",
 )
 check.that(
-    methods.bounds("bspline2", "usl", "flip") == (0.85, 0.85)
-    and methods.bounds("linear", "musl", "flip", 0.99) == (1.5, 0.1)
+    methods.bounds("bspline2", "usl", "flip") == (0.75, 0.75)
+    and methods.bounds("linear", "musl", "flip", 0.99) == (1.4, 0.1)
     and methods.bounds("gimp", "usl", "aflip", strain=0.5) == (0.55, 0.3)
-    and methods.bounds("bspline2", "usl", "afmpm") == (0.7, 0.7),
+    and methods.bounds("bspline2", "usl", "afmpm") == (0.6, 0.6),
     "bounds are those of stable.def",
 )
 for text, wrong in (
@@ -261,4 +261,15 @@ for text, wrong in (
         check.that(False, f"--update {text[:20]} is refused")
     except scene.Refused as refused:
         check.that(wrong in str(refused), f"--update {text[:20]}: {refused}")
+step = np.arange(0, 2001, 20)
+energy = 1e-3 + np.exp(0.02 * (step - 1000))
+rates = [stability.growth(step, e, 10.0) for e in (energy, np.minimum(energy, 1e6), energy[::-1])]
+check.that(
+    near(rates[0], 20, 1e-2) and near(rates[1], 20, 0.05) and np.isnan(rates[2]),
+    f"growth in 1,000 steps: {rates}; the second grows no more in the end, the third falls",
+)
+check.that(
+    [probe.dim for probe in stability.probes(3)] == [3, 1, 3] and [probe.dim for probe in stability.probes(2)] == [1, 1, 2],
+    "in 3-D a block is at rest too: its bound is the lowest",
+)
 check.end()

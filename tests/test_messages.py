@@ -92,7 +92,7 @@ box("one of two cuts", 0, "warning    -body_b_cut again removes no particle of b
     "-body_again_shape", "sphere", "-body_again_material", "none", "-body_again_center", "0.9,0.9", "-body_again_radius", "0.1", "-body_b_cut", "hole,again", n=2)
 box("particles on lines", 0, "particles start exactly on lines of the grid, where the gradient of the linear basis jumps", *FEW, "-method_basis", "linear", "-body_b_offset", "0.03125,0")
 gone = ["-bodies", "b,c", "-body_c_shape", "box", "-body_c_lower", "0,0", "-body_c_upper", "0.2,0.2", "-body_c_material", "m", "-body_b_velocity", "1e3,0", "-particles_leave", "delete", *QUIET,
-        "-loads", "l", "-load_l_body", "b", "-load_l_type", "pressure", "-load_l_value", "1", "-checkpoint_every", "1", "-time_max_steps"]
+        "-loads", "l", "-load_l_body", "b", "-load_l_type", "pressure", "-load_l_value", "1", "-checkpoint_every", "1", "-dt_cfl", "0.4", "-time_max_steps"]
 box("bodies that leave", 0, "lost       64 of 73 particles", *gone, "30")
 box("a load on nothing", 0, "warning    load l acts on no particle", *gone, "31", "-restart_file", "latest")
 box("a piston in a body", 0, "warning    16 particles start behind a piston, which moves them along", *FEW, "-bc_xmin_type", "piston", "-bc_xmin_velocity", "0", "-bc_xmin_distance", "0.375")
@@ -115,7 +115,7 @@ box("degrees Celsius", 0, "note       -material_m_temperature 25 is in K, as -ma
     "-material_m_temperature", "25", "-material_m_melting", "1083", text=hot)
 box("a shear modulus in GPa", 0, "note       -material_m_G 47 Pa is small for a solid of 8960 kg/m.3; if GPa are meant, write 4.7e.10", *FEW, "-material_m_G", "47", text=hot)
 box("few steps", 0, r"note       the run makes only \d+ steps until -time_end 0.2 s, in which waves cross few cells; check it, and the units of moduli and densities", *QUIET, "-time_end", "0.2")
-run = box("no other notes", 0, "digest", *QUIET, "-output_name", "plain")
+run = box("no other notes", 0, "digest", *QUIET, "-output_name", "plain", "-dt_cfl", "0.4")
 check.that("note " not in run.out, f"a run of more steps gets no note: {run.find('^(note .*)$')}")
 
 # ---- Bodies

@@ -23,6 +23,11 @@ def run(name, lines, *more, n=1):
     return check.history(f"output/{name}.csv"), done
 
 
+def coarse(done):
+    """How many times longer the steps are than 0.4 h/(c + |v|), but at least 1: what a balance lacks is of first order in dt."""
+    return max(1, float(done.find(r"= (\S+) h/\(c\+")) / 0.4)
+
+
 def material(law="neohookean", rho=1, E=1, nu=0, more=()):
     lines = ["-materials m", f"-material_m_model {law}", f"-material_m_rho {rho}", *more]
     return lines + ([f"-material_m_K {E}"] if law == "fluid" else [f"-material_m_E {E}", f"-material_m_nu {nu}"])
@@ -47,7 +52,7 @@ def bar(what, *more, n=32, dim=1, gap=0.3, speed=0.01, wall="separate", walls=()
              "-grid_cells " + ",".join(str(c) for c in [n + 8, width][:dim]), *material(**law), "-bodies b", "-body_b_shape box", "-body_b_material m",
              "-body_b_lower " + words(lower[:dim]), "-body_b_upper " + words(upper[:dim]), "-body_b_velocity " + words([-speed, 0][:dim]),
              f"-bc_xmin_type {wall}", *walls, f"-time_end {gap * h / speed + 2.4}", "-history_walls xmin", "-history_energy"]
-    found, _ = run("bar", lines, *more)
+    found, done = run("bar", lines, *more)
     start, end, switches = contact(found, "reaction_xmin_x", speed)
     energy = found["kinetic_energy"] + found["strain_energy"]
     left, back = energy / energy[0], found["momentum_x"][-1] / found["momentum_x"][0]
@@ -55,14 +60,14 @@ def bar(what, *more, n=32, dim=1, gap=0.3, speed=0.01, wall="separate", walls=()
     check.that(abs(at) < 0.02 and 1.94 < end - start < 2.12 and -1 < back < -0.91 and 0.92 < left[-1] and left.max() < 1.0005 and switches == 2,
                f"{what}: first force {at:+.3f} cells before the wall, for {end - start:.3f}, back with {-back:.3f}, energy {left[-1]:.3f} (most {left.max():.5f})")
     wall_takes, rest = found["energy_friction"][-1] / energy[0], np.abs(found["energy_integration"]).max() / energy[0]
-    check.fault(None if rest < 0.03 and -0.08 < wall_takes <= 1e-12 else f"{what}: the wall takes {wall_takes:.4f} of the energy, integration {rest:.4f}")
+    check.fault(None if rest < 0.03 * coarse(done) and -0.08 < wall_takes <= 1e-12 else f"{what}: the wall takes {wall_takes:.4f} of the energy, integration {rest:.4f}")
     return left[-1]
 
 
 def check_flat():
     for basis, update, transfer, more in (
             ("bspline3", "usl", "aflip", ()), ("bspline3", "musl", "flip", ("-dt_cfl", 0.15)), ("bspline3", "usf", "flip", ("-dt_cfl", 0.15)),
-            ("bspline3", "usl", "afmpm", ("-method_order", 2)), ("bspline2", "usl", "flip", ()), ("bspline2", "musl", "aflip", ()), ("gimp", "usl", "flip", ()),
+            ("bspline3", "usl", "afmpm", ("-method_order", 2, "-dt_cfl", 0.4)), ("bspline2", "usl", "flip", ()), ("bspline2", "musl", "aflip", ()), ("gimp", "usl", "flip", ()),
             ("gimp", "musl", "aflip", ("-method_affine_strain", 0)), ("linear", "musl", "flip", ("-dt_cfl", 0.1))):
         bar(f"{basis} {update} {transfer}", "-method_basis", basis, "-method_update", update, "-method_transfer", transfer, *more)
     for offset in (0.1, 0.23, 0.4):
@@ -116,7 +121,7 @@ def check_water():
         for offset in ("0,0", "0.003,0.005"):
             lines = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,0.75", "-grid_h 0.025,0.025", "-bc_ymin_type separate", "-bc_xmin_type slip", "-bc_xmax_type slip", "-gravity 0,-9.81",
                      *law, "-bodies b", "-body_b_shape box", "-body_b_material m", "-body_b_lower 0.25,0.1", "-body_b_upper 0.75,0.5", "-history_walls ymin", "-time_end 0.2"]
-            found, _ = run(name, lines, "-body_b_offset", offset)
+            found, _ = run(name, lines, "-body_b_offset", offset, "-dt_cfl", 0.4)  # the time is known to a step
             start, free = contact(found, "reaction_ymin_y", 1)[0], math.sqrt(0.2 / 9.81)
             check.that(abs(start / free - 1) < 0.01, f"{name}, offset {offset}: touches the floor at {start:.4f} s, free fall takes {free:.4f}")
 
@@ -202,9 +207,9 @@ def check_on_walls():
     for method in ("", "-method_basis bspline2", "-method_basis gimp -method_transfer flip", "-method_basis gimp -method_gimp_update stretch -method_transfer flip",
                    "-method_basis linear -method_update musl -method_transfer flip -dt_cfl 0.1"):
         for wall in ("fixed", "slip", "separate"):
-            h, _ = run("on_walls", lines, *method.split(), *(w for f in ("xmin", "xmax", "ymin", "ymax") for w in (f"-bc_{f}_type", wall)))
+            h, done = run("on_walls", lines, *method.split(), *(w for f in ("xmin", "xmax", "ymin", "ymax") for w in (f"-bc_{f}_type", wall)))
             total = h["total_energy"] - h["external_work"]
-            check.that(h["time"][-1] == 1 and total.max() < 0.02 * h["external_work"].max(), f"{wall} {method}: a block that starts on walls runs, energy grows by {total.max():.3f} J at most")
+            check.that(h["time"][-1] == 1 and total.max() < 0.02 * coarse(done) * h["external_work"].max(), f"{wall} {method}: a block that starts on walls runs, energy grows by {total.max():.3f} J at most")
 
 
 def check_edges():

@@ -3,7 +3,8 @@
 A probe is an elastic body in an empty periodic grid, in units in which cell size, density and wave speed are 1, with
 velocities disturbed by 1e-6, so that the speed of waves is constant. A run has a fixed C = c dt/h. The strain energy
 of a stable run stays below the energy of the disturbance, or nearly so; a run in which it exceeds LIMIT times that, or
-which stops, is unstable. Growth need not be monotone in C: C rises from the smallest step, and the first that is
+which stops, is unstable; how fast its strain energy grows is told beside, as a run of other length is unstable from another
+C on. Growth need not be monotone in C: C rises from the smallest step, and the first that is
 unstable ends the search."""
 
 import concurrent.futures
@@ -29,8 +30,8 @@ SPEEDS = (0.08, 0.13, 0.1875, 0.5)
 DIRECTION = (1, 0.7, 0.45)
 NUMBERS = {"flip": 1.0, "damping_rate": 0.0, "affine_strain": 0.0, "order": 2}  # of a method, with what is usual
 COLUMNS = (
-    "basis,update,transfer,flip,damping_rate,affine_strain,order,ppc,rest,rest_unstable,crossing,crossing_unstable,crossing_speed,block,"
-    "block_unstable,block_speed,table_rest,table_crossing,dt_cfl,margin,dim,steps,seconds,key"
+    "basis,update,transfer,flip,damping_rate,affine_strain,order,ppc,rest,rest_unstable,rest_growth,crossing,crossing_unstable,"
+    "crossing_speed,crossing_growth,block,block_unstable,block_speed,block_growth,table_rest,table_crossing,dt_cfl,margin,dim,steps,seconds,key"
 ).split(",")
 
 
@@ -89,7 +90,7 @@ class Probe(NamedTuple):
 def probes(dim):
     flat = dim < 3
     return [
-        Probe("rest", 1, 16, 4, range(2), False),
+        Probe("rest", 1 if flat else 3, 16 if flat else 6, 4 if flat else 16, range(2), False),
         Probe("crossing", 1, 32, 1, range(len(SPEEDS)), True),
         Probe("block", 2 if flat else 3, 12 if flat else 6, 8 if flat else 40, range(1, 3), True),
     ]
@@ -106,6 +107,17 @@ def search(stable_at):
         middle = (stable + C) / 2
         return (middle, C) if stable_at(middle) else (stable, middle)
     return stable, None
+
+
+def growth(step, energy, floor):
+    """How often the energy grows e-fold in 1,000 steps: the mean from where it last was below the floor to its first
+    largest value; NaN if that is one row or none."""
+    end = int(np.argmax(energy))
+    below = np.flatnonzero(energy[:end] <= floor)
+    start = below[-1] if below.size else 0
+    if energy[start] <= 0 or step[end] <= step[start]:
+        return math.nan
+    return 1000 * math.log(energy[end] / energy[start]) / (step[end] - step[start])
 
 
 def cells(number, form="g"):
@@ -199,34 +211,35 @@ class Stability:
         self.jobs = max(1, (os.cpu_count() or 1) // study.processes)
 
     def grown(self, probe, variant, C, method):
-        """The largest strain energy of a run in energies of the disturbance, infinite if the run stopped."""
+        """(largest strain energy of a run in energies of the disturbance, infinite if the run stopped; its growth)."""
         options = probe.scene(variant, C, self.steps, self.ppc) | method.options | self.place
         result = scene.run(options, self.study.processes)
         if result.status == pebble.REFUSED:
             raise scene.Refused(result.line)
-        if result.status:
-            return math.inf
         strain, mass = result.history["strain_energy"], result.history["mass"][0]
-        return np.nanmax(strain) / (0.5 * mass * probe.dim * DISTURBANCE**2) if math.isfinite(strain[-1]) else math.inf
+        own = 0.5 * mass * probe.dim * DISTURBANCE**2
+        finite = np.isfinite(strain)
+        rate = growth(result.history["step"][finite], strain[finite], LIMIT * own)
+        return math.inf if result.status or not finite[-1] else np.nanmax(strain) / own, rate
 
     def find(self, probe, method, pool):
-        """(largest stable C, first unstable C or None, its drift) of a method: at each C all variants, first the one
-        that was unstable last."""
-        first = probe.variants[0]
+        """(largest stable C, first unstable C or None, its drift, its growth) of a method: at each C all variants, first
+        the one that was unstable last."""
+        first, fastest = probe.variants[0], math.nan
 
         def stable_at(C):
-            nonlocal first
+            nonlocal first, fastest
             order = [
                 probe.variants[(first - probe.variants[0] + k) % len(probe.variants)]
                 for k in range(len(probe.variants))
             ]
-            for variant, grown in zip(order, pool.map(lambda variant: self.grown(probe, variant, C, method), order)):
+            for variant, (grown, rate) in zip(order, pool.map(lambda variant: self.grown(probe, variant, C, method), order)):
                 if not grown <= LIMIT:
-                    first = variant
+                    first, fastest = variant, rate
                     return False
             return True
 
-        return *search(stable_at), SPEEDS[first] if probe.crossing else None
+        return *search(stable_at), SPEEDS[first] if probe.crossing else None, fastest
 
     def measure(self, method, facts, pool):
         """The row of a method."""
@@ -241,14 +254,15 @@ class Stability:
             "steps": self.steps,
         }
         row |= {name: cells(value, ".6g") for name, value in method.numbers.items()}
-        for name, (stable, unstable, speed) in found.items():
+        for name, (stable, unstable, speed, rate) in found.items():
             row |= {
                 name: f"{stable:.4g}",
                 f"{name}_unstable": cells(unstable, ".4g"),
                 f"{name}_speed": cells(speed if unstable else None, ".4g"),
+                f"{name}_growth": cells(rate if unstable and math.isfinite(rate) else None, ".3g"),
             }
         rest, crossing = method.bounds()
-        least = min(stable for stable, _, _ in found.values())
+        least = min(stable for stable, *_ in found.values())
         return row | {
             "table_rest": f"{rest:.4g}",
             "table_crossing": f"{crossing:.4g}",
@@ -276,15 +290,19 @@ class Stability:
             )
 
     def print_row(self, method, row):
+        found = ("rest", "crossing", "block")
         limits = "".join(
             f" {row[name] if row[name + '_unstable'] else '>=' + row[name]:>8}"
-            for name in ("rest", "crossing", "block")
+            for name in found
         )
         table = f"{float(row['table_rest']):.3g}, {float(row['table_crossing']):.3g}"
         self.study.say(
             f"{method.name:<34}{limits} {table:>10} {float(row['dt_cfl']):7.3g} {float(row['margin']):7.2g} "
             f"{float(row['seconds']):8.3g}"
         )
+        grows = [f"{name} {row[name + '_growth']} at {row[name + '_unstable']}" for name in found if row.get(name + "_growth")]
+        if grows:
+            self.study.say(f"           grows e-fold in 1,000 steps, times: {', '.join(grows)}")
 
     def write(self, rows):
         with open(self.path + ".new", "w", newline="", encoding="utf-8") as file:

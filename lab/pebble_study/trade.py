@@ -33,7 +33,7 @@ DEFAULTS = {"update": "usl,musl", "transfer": "flip,apic,aflip"}
 @dataclasses.dataclass(eq=False)
 class Setting:
     """What is replaced in the scene besides its grid: the method, particles per cell, -dt_cfl; or a preset, which sets
-    all of these; or nothing, of the scene's own."""
+    all of these, with a -dt_cfl beside it or without; or nothing, of the scene's own."""
 
     name: str
     basis: str = ""
@@ -121,8 +121,8 @@ class Trade:
                             )
                             yield Setting(name, basis, update, transfer, int(ppc), float(cfl))
         for preset in self.lists["preset"]:
-            if preset != "none":
-                yield Setting(f"preset {preset}", preset=preset)
+            for cfl in self.lists["cfl"] if preset != "none" else []:
+                yield Setting(f"preset {preset}" + (f", cfl {cfl}" if cfl != "0" else ""), preset=preset, cfl=float(cfl))
 
     def choose(self):
         """The settings, without those that the program refuses or warns of, for each of which a line is said."""

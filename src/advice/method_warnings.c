@@ -90,7 +90,7 @@ static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, 
         &core->print,
         "it has not been measured up to which time step %s with %s and %s is stable; compare with a run of half of it",
         MPMBasisNames[core->basis], method->scheme->name, method->transfer->name));
-  if (C > stable.rest * (1 + 1e-9))
+  if (C > PetscMax(stable.rest, stable.cfl) * (1 + 1e-9)) /* what is unstable at any step is told below */
     PetscCall(Warn(core, method, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
                    (double)stable.rest, (double)C, shorter));
   else if (courant > MPM_BOUND_courant)

@@ -51,11 +51,12 @@ typedef struct {
 } MPMMethod;
 
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
-   (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.5 (0.4 if that is below
+   (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.8 (0.4 if that is below
    0.15). grows: with steps of C, noise of particles that cross cells gets ten times its energy in grows/C^2 steps; 0: not
    known. A method that stable.def does not have is not `known`: its bounds are infinite, and cfl is 0.4. Basis, method,
    params.strain and params.flip have to be set. With: of another basis and update. Not collective. */
-#define MPM_STABLE_MARGIN 1.15
+#define MPM_STABLE_MARGIN  1.15
+#define MPM_STABLE_LONGEST 0.8
 typedef struct {
   PetscBool known;
   PetscReal rest, crossing, cfl, grows;

@@ -108,7 +108,7 @@ MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis b
     }
   if (!stable.known) return stable;
   if (stable.crossing / MPM_STABLE_MARGIN >= 0.15) /* in twentieths */
-    stable.cfl = PetscMin(0.5, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
+    stable.cfl = PetscMin(MPM_STABLE_LONGEST, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
   for (size_t k = 0; k < sizeof grows / sizeof grows[0]; k++)
     if (grows[k].basis == basis && !strcmp(grows[k].update, update) && crossing == FLIP) stable.grows = grows[k].steps;
   return stable;

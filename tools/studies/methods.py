@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 MARGIN = 1.15  # MPM_STABLE_MARGIN
+LONGEST = 0.8  # MPM_STABLE_LONGEST
 sys.path.insert(0, os.path.join(ROOT, "lab"))
 from pebble_study import methods as study  # noqa: E402 (after the path)
 
@@ -31,9 +32,9 @@ def bound(options):
 
 
 def own_cfl(options):
-    """The program's -dt_cfl if none is given (src/step/stable.c; at most that of the preset balanced)."""
+    """The program's -dt_cfl if none is given (src/step/stable.c)."""
     largest = (bound(options) or 0) / MARGIN
-    return min(0.4, math.floor(largest * 20 + 1e-9) / 20) if largest >= 0.15 else 0.4
+    return min(LONGEST, math.floor(largest * 20 + 1e-9) / 20) if largest >= 0.15 else 0.4
 
 
 class Method(NamedTuple):
