@@ -18,6 +18,7 @@ typedef struct {
   PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
   PetscBool        moves, free;
+  PetscBool        tied; /* matter that lies in it moves with it */
   PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
   PetscReal        reach;                        /* of the shape from the pivot, m */
   PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */

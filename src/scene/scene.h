@@ -30,7 +30,7 @@ typedef struct {
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
-  PetscBool     has_pivot;
+  PetscBool     has_pivot, tied;
   PetscReal     rho, mass, inertia[3];  /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
   MPMExpression spin;                   /* of a rigid body, rad/s, of t; NULL: it does not turn */
   MPMExpression velocity;               /* m/s, of x y z, of a rigid body of t; NULL: at rest */

@@ -9,6 +9,11 @@
 #define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
 #define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
+static PetscBool IsTied(const MPMPair *pair)
+{
+  return pair->rigid && pair->rigid->tied ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Makes the nodes of contact of the sums, and the sites of their copies. */
 static PetscErrorCode MakeNodes(Search *s)
 {
@@ -72,6 +77,8 @@ static PetscErrorCode MakeSites(Search *s)
       c->site[c->nsites++] = (MPMContactSite){.copy = side ? pair->b : pair->a,
                                               .ijk  = {q->ijk[0], q->ijk[1], q->ijk[2]}};
     q->site[side] = c->nsites - 1;
+    if (!IsTied(pair) || c->site[c->nsites - 1].tied) continue;
+    q->tied = c->site[c->nsites - 1].tied = PETSC_TRUE; /* to the first one of several */
   }
   PetscCall(PetscFree(key));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -250,7 +257,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
     PetscCall(MPMContactNormals(&s));
     PetscCall(MakeNodes(&s));
     for (PetscInt pair = 0; pair < s.c->npairs; pair++)
-      for (int side = 0; side < 2; side++) PetscCall(MPMContactForParticles(&s, pair, side, Tell));
+      for (int side = 0; side < 2 && !IsTied(&s.c->pair[pair]); side++)
+        PetscCall(MPMContactForParticles(&s, pair, side, Tell));
     PetscCall(CollectEnds(&s));
     PetscCall(MakeSites(&s));
     PetscCall(MPMContactColumns(core));
