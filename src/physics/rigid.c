@@ -119,6 +119,16 @@ PetscReal MPMRigidSpeed(const MPMRigid *r)
   return PetscSqrtReal(v) + r->reach * PetscSqrtReal(w);
 }
 
+/* Returns the kinetic energy of a free body, J. */
+PetscReal MPMRigidEnergy(const MPMRigid *r)
+{
+  PetscReal energy = 0;
+
+  for (PetscInt d = 0; d < 3; d++)
+    energy += 0.5 * (r->mass * r->velocity[d] * r->velocity[d] + r->spin[d] * r->momentum[d]);
+  return energy;
+}
+
 /* Returns whether a free body touches another one: a point of its surface, or of a ball and a disk the nearest one. */
 static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, PetscReal most)
 {

@@ -84,6 +84,7 @@ PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const Petsc
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
 void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
 PetscReal      MPMRigidSpeed(const MPMRigid *);
+PetscReal      MPMRigidEnergy(const MPMRigid *);
 void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
 
 /* Returns whether a body is a ball or a disk. */

@@ -280,7 +280,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     if (first[k].rigid == MPM_RIGID_NONE) continue;
     MPMRigidUse(&r->body[r->n], r->numbers + r->n * MPM_RIGID_NUMBERS);
     PetscCall(MakeRigid(core, &first[k], o, &r->body[r->n]));
-    if (r->body[r->n].moves) r->move = PETSC_TRUE;
+    if (first[k].rigid == MPM_RIGID_MOVING) r->driven = PETSC_TRUE;
     if (r->body[r->n].free) r->free = PETSC_TRUE;
     if (!MPMOptionsError(o)) CheckWalls(scene, core, o, &r->body[r->n]);
     r->n++;

@@ -295,31 +295,37 @@ static PetscReal AddTo(MPMRigid *rigid, PetscInt dim, const PetscReal x[], const
   return by;
 }
 
-/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
+/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work, and what
+   free ones give is no loss. */
 static void Account(MPMCore *core, PetscBool advance)
 {
   const MPMContacts *c    = core->contacts;
-  PetscReal          work = 0;
+  PetscReal          work = 0, taken = 0;
   PetscMPIInt        rank;
 
   for (const MPMContactColumn *col = c->column; col < c->column + c->ncolumns; col++) {
     MPMRigid *rigid = c->pair[col->pair].rigid;
-    PetscReal J[3];
+    PetscReal J[3], by;
 
     if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
     for (PetscInt d = 0; d < 3; d++) J[d] = col->press * col->n[d] + col->brake[d];
-    work += AddTo(rigid, core->grid.dim, col->at, J);
+    by = AddTo(rigid, core->grid.dim, col->at, J);
+    taken += by;
+    if (!rigid->free) work += by;
   }
   for (const MPMContactNode *q = c->node; q < c->node + c->nnodes; q++) {
-    PetscReal x[3];
+    PetscReal x[3], by;
 
     PlaceOf(&core->grid, q, x);
-    if (q->tied) work += AddTo(c->pair[q->pair].rigid, core->grid.dim, x, q->given);
+    if (!q->tied) continue;
+    by = AddTo(c->pair[q->pair].rigid, core->grid.dim, x, q->given);
+    taken += by;
+    work += by; /* it is not free */
   }
   (void)MPI_Comm_rank(core->exchange.data, &rank);
-  if (rank || !core->energy.on || work == 0) return;
+  if (rank || !core->energy.on || taken == 0) return;
   MPMSumAdd(&core->energy.sum[MPM_ENERGY_rigid], work);
-  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -work);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -taken);
 }
 
 PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
