@@ -183,6 +183,9 @@ typedef struct {
   PetscReal       *numbers;    /* [n][MPM_RIGID_NUMBERS] */
   PetscReal        since;      /* core->kicked at the last line of the history, s */
   PetscBool        driven, free; /* does any move by formulas? freely? */
+  PetscReal        meet;         /* s: when two that move by formulas, or one and a fixed one, pass through each other; */
+  PetscInt         meets[2];     /* which */
+  PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
   PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */

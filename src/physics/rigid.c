@@ -237,7 +237,7 @@ void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
 
 /* Sets the points of the surface: a corner of a box, polygon or triangles each, and places of the rest of it, which are
    found from a grid of 64 x 64 places in 2-D, 24 x 24 x 24 in 3-D. */
-static PetscErrorCode SetPoints(MPMRigid *r, PetscInt dim)
+PetscErrorCode MPMRigidSetPoints(MPMRigid *r, PetscInt dim)
 {
   const MPMRegion *shape    = r->shape;
   const Samples    g        = SamplesOf(shape, dim, rough[dim - 1]);
@@ -286,6 +286,6 @@ PetscErrorCode MPMRigidSetFree(MPMRigid *r, PetscInt dim, PetscReal mass, const 
     MPMCofactor(3, inertia, r->inverse); /* it is symmetric */
     for (PetscInt k = 0; k < 9; k++) r->inverse[k] /= MPMDet(3, inertia);
   }
-  PetscCall(SetPoints(r, dim));
+  PetscCall(MPMRigidSetPoints(r, dim));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

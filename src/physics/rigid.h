@@ -79,6 +79,7 @@ typedef struct {
 } MPMRigidMass;
 void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
 PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
+PetscErrorCode MPMRigidSetPoints(MPMRigid *, PetscInt dim);
 void           MPMRigidMove(MPMRigid *, PetscReal dt);
 PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);

@@ -31,6 +31,13 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
   for (PetscInt d = 0; d < (dim == 3 ? 3 : 1) && inertia; d++)
     if (!(b->inertia[d] > 0 && b->inertia[d] <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_inertia has %g, moments of inertia are above 0", b->name, (double)b->inertia[d]);
+  for (PetscInt d = 0; d < 3 && inertia && dim == 3; d++)
+    if (b->inertia[d] > (1 + 1e-9) * (b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]))
+      MPMOptionsFail(o,
+                     "-body_%s_inertia %g,%g,%g: no body has these moments, each is at most the sum of the other two "
+                     "(%c: %g is above %g)",
+                     b->name, (double)b->inertia[0], (double)b->inertia[1], (double)b->inertia[2], "xyz"[d],
+                     (double)b->inertia[d], (double)(b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]));
   if (rho == mass)
     MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "",
                    b->name, b->name, rho ? ", not both" : "");
@@ -317,17 +324,24 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMSceneMoveRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *scene, PetscInt dim, PetscReal t, MPMRigid body[])
 {
-  MPMRigid *r = core->rigids.body;
+  MPMRigid *r = body;
 
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && r; k++) {
     const MPMBody *b = &scene->bodies[k];
 
-    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, core->grid.dim, t, r->velocity, r->spin));
+    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
     if (b->rigid != MPM_RIGID_NONE) r++;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneMoveRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMSceneEvaluateRigids(scene, core->grid.dim, t, core->rigids.body));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

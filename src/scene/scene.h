@@ -151,8 +151,13 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
 PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *, PetscInt dim, PetscReal t, MPMRigid body[]);
 PetscErrorCode MPMSceneCheckInside(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal x[]);
 PetscErrorCode MPMSceneCheckRigids(const MPMScene *, MPMCore *, PetscReal t);
+
+/* Finds when rigid bodies that move by formulas pass through others until the time end, s, or leave the grid, and says so;
+   sets core->rigids.meet (foresee_rigids.c). Not collective. */
+PetscErrorCode MPMSceneForeseeRigids(const MPMScene *, MPMCore *, PetscReal end);
 
 /* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
    collective. */

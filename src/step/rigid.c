@@ -209,6 +209,12 @@ void MPMRigidsCheck(MPMCore *core)
         "the rigid bodies %s and %s meet at t=%g s; they would pass through each other, since contact between rigid "
         "bodies is not built",
         core->rigids.body[a].name, core->rigids.body[b].name, (double)core->t);
+  if (core->rigids.driven && core->t >= core->rigids.meet && !core->stop[0])
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "the rigid bodies %s and %s pass through each other at t=%g s; contact between rigid bodies is not "
+                   "built",
+                   core->rigids.body[core->rigids.meets[0]].name, core->rigids.body[core->rigids.meets[1]].name,
+                   (double)core->t);
   for (PetscInt k = 0; k < core->rigids.n && !core->stop[0]; k++) {
     const MPMRigid *r = &core->rigids.body[k];
 
