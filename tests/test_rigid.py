@@ -268,7 +268,7 @@ def check_equal():
     check.that(not wrong, f"the bits of one process also on {', '.join(others)}; not on {', '.join(wrong) or 'none'}")
     last = [text[1].splitlines()[-1] for text in (one, others["restart"])]
     check.that(last[0] == last[1], "the last line of the history after a restart, with place, turn and work of the bodies")
-    hasty = ["-dt_size", 0.0016, "-check_state", "retry", "-check_energy", 0.1, "-time_max_steps", 50]
+    hasty = ["-dt_size", 0.0016, "-check_state", "retry", "-check_energy", 0.005, "-time_max_steps", 50]
     tried = [check.must(*options, "-output_name", f"tried{n}", *hasty, n=n) for n in (1, 3)]
     undone = tried[0].find(r"^retries +(\d+) tries")
     check.that(undone and int(undone) > 0 and tried[0].digest == tried[1].digest, f"the same bits on 1 and 3 processes with {undone} steps undone")

@@ -419,16 +419,6 @@ PetscInt MPMDiagnosticReads(PetscInt64 rows, const MPMCore *core)
   return fields;
 }
 
-PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
-{
-  PetscReal sum = totals->sum[row][component];
-
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
-      sum += totals->sum[k][component];
-  return sum;
-}
-
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
 {
   return MPMDiagnostics[row].value ? MPMDiagnostics[row].value(s) : s->now->sum[row][component];

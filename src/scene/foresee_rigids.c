@@ -1,5 +1,5 @@
-/* foresee_rigids.c - where rigid bodies that move by formulas come to, before the run: into others, or out of the grid. All
-   processes compute the same numbers. */
+/* foresee_rigids.c - where rigid bodies that move by formulas come to, before the run: into others, or out of the grid.
+   All processes compute the same numbers. */
 #include "scene/scene.h"
 
 #define FORESEEN 200 /* parts of the time of a run in which their motion is looked at */
@@ -35,8 +35,8 @@ static PetscBool Left(const MPMRigid *r, const MPMGrid *grid)
   return PETSC_FALSE;
 }
 
-/* Looks at bodies [n] as they are at time t, s. deep [n][n]: how deep they lie in each other at the start, m; left [n]: they
-   have left the grid. */
+/* Looks at bodies [n] as they are at time t, s. deep [n][n]: how deep they lie in each other at the start, m; left [n]: when
+   they have left the grid, s. */
 static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMRigid body[], PetscReal deep[],
                  PetscReal left[])
 {
@@ -47,7 +47,9 @@ static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMR
     if (Left(&body[i], grid)) left[i] = t;
     for (PetscInt j = 0; j < rigids->n && !(rigids->meet < PETSC_INFINITY); j++) {
       const PetscInt  at = i * rigids->n + j;
-      const PetscReal by = i == j || body[j].free ? 0 : PetscMax(Depth(&body[i], &body[j], grid->dim), Depth(&body[j], &body[i], grid->dim));
+      const PetscReal by = i == j || body[j].free ? 0
+                                                  : PetscMax(Depth(&body[i], &body[j], grid->dim),
+                                                             Depth(&body[j], &body[i], grid->dim));
 
       if (t == 0) deep[at] = by;
       if (!(by > deep[at] + DEEP * h)) continue;

@@ -1,5 +1,5 @@
-/* overlap.c - refuses bodies of shape `file` in contact with each other whose particles overlap at the start. (fill.c looks
-   at those that overlap bodies with a shape.) */
+/* overlap.c - refuses bodies of shape `file` in contact with each other whose particles overlap at the start. (fill.c
+   looks at those that overlap bodies with a shape.) */
 #include <stdlib.h>
 #include "scene/points.h"
 

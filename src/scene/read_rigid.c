@@ -276,6 +276,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscInt       n     = 0, a, b;
 
   PetscFunctionBeginUser;
+  r->meet = PETSC_INFINITY;
   for (PetscInt k = 0; k < scene->nshapes; k++) n += first[k].rigid != MPM_RIGID_NONE;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MakeDistances(scene, core, o, MPM_RIGID_FIXED));
