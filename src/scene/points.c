@@ -164,7 +164,6 @@ PetscErrorCode MPMPointsCount(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nfilled; k < scene->nbodies && !MPMOptionsError(o); k++)
     PetscCall(CountBody(scene, core, o, &scene->bodies[k]));
-  if (scene->meets && !MPMOptionsError(o)) PetscCall(MPMPointsOverlap(scene, core, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

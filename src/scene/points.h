@@ -40,9 +40,6 @@ PetscErrorCode MPMPointsDestroyRows(MPMPointRows *);
 /* Returns the kind of particle k of these rows. Not collective. */
 PetscInt MPMPointsKind(const MPMPoints *, const MPMPointRows *, PetscInt k);
 
-/* Refuses bodies of files in contact whose particles overlap, once all are counted (overlap.c). Collective on core->comm. */
-PetscErrorCode MPMPointsOverlap(const MPMScene *, MPMCore *, MPMOptions);
-
 /* The same of an HDF5 file: the first process finds the datasets; a process reads rows first .. first+n-1 of the file
    into rows that have their defaults. why [len] gets what is wrong, or stays. Not collective. */
 PetscErrorCode MPMPointsOpenHDF5(MPMOptions, MPMPoints *);

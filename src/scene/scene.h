@@ -142,6 +142,9 @@ PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
+/* Refuses bodies of files in contact whose particles overlap, once all are counted (overlap.c). Collective on core->comm. */
+PetscErrorCode MPMPointsOverlap(const MPMScene *, MPMCore *, MPMOptions);
+
 /* Contact (read_contacts.c): reads it, after the bodies, gives these copies of the grid's nodes, and makes core->contacts.
    A fault is left in the options. Not collective. */
 PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
