@@ -151,10 +151,32 @@ def check_piston():
 
 def check_many():
     """Contact of many pairs is told in one line; more bodies than there may be are refused."""
-    for n, status, line in ((5, 0, "contact    of 2 more pairs of bodies"), (33, 2, "-contacts: 33 bodies have nodes of their own, 32 are allowed")):
+    for n, status, line in ((5, 0, "contact    of 2 more pairs of bodies"), (33, 2, "-contact_mu: 33 bodies have nodes of their own, 32 are allowed; let bodies that do not part from each other be one body\n"), (-33, 2, "-contacts: 33 bodies have nodes of their own, 32 are allowed; let bodies that do not part from each other be one body, or out of contacts")):
+        how, n = ["-contact_mu", 0] if n > 0 else ["-contacts", "c"], abs(n)
         lines = boxes(1, [4 * n], 1, {"m": (1, 1, 0)}, {f"b{k}": ("m", [4 * k + 1], [4 * k + 3], [0]) for k in range(n)}, "-time_end 0.01")
-        done = check.pebble("-options_file", check.write("many.opts", lines), *QUIET, "-contact_mu", 0)
+        done = check.pebble("-options_file", check.write("many.opts", lines), *QUIET, *how)
         check.that(done.status == status and line in done.said, f"{n} bodies: {line}")
+
+
+def check_files():
+    """Bodies of shape file in contact: those that overlap are refused, with names and place, those that touch are not."""
+    for gap, status in ((0, 0), (-0.07, 2)):
+        for name, x in (("a", 0.4), ("b", 1.2 + gap)):
+            check.write(name + ".csv", ["x,y"] + [f"{x + 0.05 + 0.1 * i!r},{0.45 + 0.1 * j!r}" for i in range(8) for j in range(4)])
+        lines = boxes(2, [16, 8], 0.2, {"m": (1000, 1e5, 0.3)}, {"a": ("m", [0.4, 0.4], [1.2, 0.8], [0, 0]), "b": ("m", [1.2, 0.4], [2, 0.8], [0, 0])}, "-time_end 0.01")
+        lines = [line for line in lines if not re.match("-body_._(shape|lower|upper|velocity)", line)] + [f"-body_{name}_{word}" for name in "ab" for word in ("shape file", f"file {name}.csv", "ppc 2,2")]
+        for n in (1, 2):
+            done = check.pebble("-options_file", check.write("files.opts", lines), *QUIET, "-contact_mu", 0.2, n=n)
+            said = re.search(r"-bodies: particles of a and b overlap at \(1\.1\d*, 0\.45\); bodies in contact must not overlap at the start: move one", done.err)
+            check.that(done.status == status and bool(said) == bool(status), f"bodies of files {'that overlap are refused' if status else 'that touch are not refused'}, {n} processes: {done.err.strip()[-150:]}")
+
+
+def check_rubs():
+    """A coefficient of friction that no surfaces have is warned of."""
+    for value, line in ((30, r"-contact_mu 30 is more than any surfaces have; if an angle of 30 degrees is meant, write 0\.577"),
+                        (1000, r"-contact_mu 1000 is more than any surfaces have; nothing slides with -contact_<c>_stick"), (1.5, None)):
+        done = disks("-contact_mu", value, "-time_max_steps", 1)
+        check.that(re.search(line, done.out) if line else "any surfaces" not in done.out, f"friction {value}: {line or 'no warning'}")
 
 
 def check_presets():
@@ -198,6 +220,8 @@ check_glued()
 check_stack()
 check_piston()
 check_many()
+check_files()
+check_rubs()
 check_presets()
 check_equal()
 check.end()

@@ -17,7 +17,7 @@ import launch
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FORMULA = re.compile(r"^  (?P<what>[^-].*?)(?<! ): (?P<meaning>.*)$")
-OPTION = re.compile(r"^  -(?P<name>[^\s:]+)(?: <(?P<default>[^>]*)>)?(?: (?P<unit>[^:]+))?: (?P<text>.*)$")
+OPTION = re.compile(r"^  -(?P<name>[^\s:]+)(?: <(?P<default>(?:[^<>]|<[^<>]*>)*)>)?(?: (?P<unit>[^:]+))?: (?P<text>.*)$")
 ALLOWED = re.compile(r"^(.*) \(((?:whole, )?(?:-dim values )?in [\[(][^()\[\]]*[\])]|\w+(?:\|\w+)*)\)$")
 LATER = "not built yet"
 INTRO = """\

@@ -357,6 +357,39 @@ static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warns of a coefficient of friction that no surfaces have, which may be an angle in degrees. */
+static PetscErrorCode WarnRubs(const MPMPrinter *print, const char before[], const char name[], const char after[])
+{
+  char      option[3 * MPM_NAME_LEN];
+  PetscReal mu = 0;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(option, sizeof option, "-%s%s%s", before, name, after);
+  PetscCall(PetscOptionsGetReal(NULL, NULL, option, &mu, NULL));
+  if (mu > MPM_BOUND_rubs && mu < 90)
+    PetscCall(MPMWarn(print, "%s %g is more than any surfaces have; if an angle of %g degrees is meant, write %.3g", option,
+                      (double)mu, (double)mu, (double)PetscTanReal(mu * PETSC_PI / 180)));
+  else if (mu >= 90)
+    PetscCall(MPMWarn(print,
+                      "%s %g is more than any surfaces have; nothing slides with -contact_<c>_stick, and at a wall of type "
+                      "fixed",
+                      option, (double)mu));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of those of contacts, rigid bodies and walls. */
+static PetscErrorCode WarnFriction(const MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WarnRubs(&core->print, "contact", "", "_mu"));
+  for (PetscInt k = 0; k < scene->ncontacts; k++)
+    PetscCall(WarnRubs(&core->print, "contact_", scene->contacts[k], "_mu"));
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++)
+    PetscCall(WarnRubs(&core->print, "body_", scene->bodies[k].name, "_mu"));
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) PetscCall(WarnRubs(&core->print, "bc_", MPMFaceNames[k], "_mu"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Notes fluids of a scene of bodies of revolution, whose volumes are not relaxed as they would be in a plane. */
 static PetscErrorCode NoteRound(const MPMCore *core, const MPMScene *scene)
 {
@@ -405,6 +438,7 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
   PetscCall(WarnAngle(core, scene));
   PetscCall(WarnRuns(core, scene, method));
   PetscCall(WarnFall(core, scene));
+  PetscCall(WarnFriction(core, scene));
   PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

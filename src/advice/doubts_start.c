@@ -263,14 +263,47 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warns of rigid bodies that are tied and hold nothing at the start. Collective on exchange.data. */
+static PetscErrorCode WarnTied(MPMCore *core)
+{
+  const MPMRigids *r   = &core->rigids;
+  PetscBool        any = PETSC_FALSE;
+  PetscInt64      *in;
+  MPMView          view;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < r->n; k++) any = any || r->body[k].tied ? PETSC_TRUE : PETSC_FALSE;
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(r->n, &in));
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x), &view));
+  for (PetscInt k = 0; k < r->n; k++)
+    for (PetscInt p = 0; p < view.n && r->body[k].tied; p++) {
+      PetscReal n[3];
+
+      in[k] += MPMRigidDistance(&r->body[k], core->grid.dim, view.x + p * core->grid.dim, n) < 0;
+    }
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x), &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, in, (PetscMPIInt)r->n, MPIU_INT64, MPI_SUM, core->exchange.data));
+  for (PetscInt k = 0; k < r->n; k++)
+    if (r->body[k].tied && !in[k])
+      PetscCall(MPMWarn(&core->print,
+                        "-body_%s_tied: no particle lies in the rigid body %s at the start, and it holds what lies in it; "
+                        "let matter reach two cells into it",
+                        r->body[k].name, r->body[k].name));
+  PetscCall(PetscFree(in));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscBool restarted)
 {
   PetscFunctionBeginUser;
+  PetscCall(MPMSceneForeseeRigids(scene, core, time->end));
   PetscCall(WarnStart(core, scene, time));
   if (!restarted) { /* else particles are not where they started */
     PetscCall(WarnTables(core, scene));
     PetscCall(WarnShapes(core, scene));
     PetscCall(WarnOnWalls(core, scene));
+    PetscCall(WarnTied(core));
   }
   PetscCall(WarnCuts(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -65,11 +65,11 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < PetscMin(SHOWN, core->rigids.n); k++) {
     const MPMRigid *r = &core->rigids.body[k];
 
-    PetscCall(MPMPrint(&core->print, "rigid      %s: %s, %s, friction %g", r->name, MPMRegionNames[r->shape->type],
+    PetscCall(MPMPrint(&core->print, "rigid      %s: %s, %s, ", r->name, MPMRegionNames[r->shape->type],
                        r->free    ? "free"
                        : r->moves ? "moving"
-                                  : "fixed",
-                       (double)r->mu));
+                                  : "fixed"));
+    PetscCall(r->tied ? MPMPrint(&core->print, "tied") : MPMPrint(&core->print, "friction %g", (double)r->mu));
     if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.dim - 1]));
     PetscCall(MPMPrint(&core->print, "\n"));
   }

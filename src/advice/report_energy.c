@@ -6,7 +6,7 @@ PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  if (core->rigids.move) return PETSC_FALSE;
+  if (core->rigids.driven || core->rigids.free) return PETSC_FALSE;
   return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 
@@ -47,7 +47,7 @@ PetscErrorCode MPMReportEnergy(const MPMCore *core, const MPMScene *scene, const
 {
   const MPMShown  shown = MPMMonitorShown(mon, core, scene);
   const PetscReal work = MPMShownWork(&shown), residual = MPMShownResidual(&shown);
-  PetscReal       energy[2][2]; /* [start, end][kinetic, strain] */
+  PetscReal       energy[2][3]; /* [start, end][kinetic, strain, rigid] */
 
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
@@ -55,10 +55,14 @@ PetscErrorCode MPMReportEnergy(const MPMCore *core, const MPMScene *scene, const
 
     energy[k][0] = t->sum[MPM_SHOWS_kinetic_energy][0];
     energy[k][1] = t->sum[MPM_SHOWS_strain_energy][0];
+    energy[k][2] = t->rigid;
   }
-  PetscCall(MPMPrint(&core->print, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J",
-                     (double)energy[0][0], (double)energy[1][0], (double)energy[0][1], (double)energy[1][1],
-                     (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
+  PetscCall(MPMPrint(&core->print, "energy     kinetic %g -> %g J, strain %g -> %g J", (double)energy[0][0],
+                     (double)energy[1][0], (double)energy[0][1], (double)energy[1][1]));
+  if (core->rigids.free)
+    PetscCall(MPMPrint(&core->print, ", of free rigid bodies %g -> %g J", (double)energy[0][2], (double)energy[1][2]));
+  PetscCall(MPMPrint(&core->print, ", total %g -> %g J", (double)(energy[0][0] + energy[0][1] + energy[0][2]),
+                     (double)(energy[1][0] + energy[1][1] + energy[1][2])));
   if (work != 0)
     PetscCall(MPMPrint(&core->print, ", work of %s %g J, residual %g J",
                        !core->energy.loads ? "gravity" : "gravity, body forces and loads", (double)work,

@@ -19,17 +19,21 @@ typedef struct {
 typedef struct {
   PetscInt  copy, ijk[3];
   PetscReal m, a[3], was[3], v[3];
-  PetscBool changes;
+  PetscBool changes, tied; /* tied: it has the velocity of a rigid body */
 } MPMContactSite;
 
 /* A node of the grid that has matter of both copies of a pair: the sites of a and b; the normal there, from a to b. Of a and
    b each: the sum of the weights of the surface, in units; and for columns along each axis how far the end of the matter
-   straight ahead is from the node along the normal, and of that beside, m. */
+   straight ahead is from the node along the normal, and of that beside, m. tied: a rigid body gives it its velocity, and so
+   far in this phase the impulse `given`, N s. */
 typedef struct {
   PetscInt   pair, ijk[3], site[2];
   PetscReal  n[3];
   PetscInt64 weight[2];
   PetscReal  near[2][3], wide[2];
+  PetscBool  tied;
+  PetscReal  thin[2]; /* m: of a rigid body: the distance of the node's matter on the same side; the thickness to that on the other */
+  PetscReal  given[3];
   PetscReal  room[4]; /* of rigid bodies: what they leave of these gaps in this step, m; the last one beside */
 } MPMContactNode;
 

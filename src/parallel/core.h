@@ -94,7 +94,7 @@ enum {
   MPM_ENERGY_loads,    /* work of body forces and loads */
   MPM_ENERGY_gravity,  /* work of gravity on the nodes */
   MPM_ENERGY_walls,    /* work of moving walls */
-  MPM_ENERGY_rigid,    /* work of rigid bodies that move */
+  MPM_ENERGY_rigid,    /* work of rigid bodies that move by formulas */
   MPM_ENERGY_friction, /* work of friction at walls and rigid bodies, and between bodies, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
@@ -182,7 +182,11 @@ typedef struct {
   MPMRigid        *body;       /* [n] */
   PetscReal       *numbers;    /* [n][MPM_RIGID_NUMBERS] */
   PetscReal        since;      /* core->kicked at the last line of the history, s */
-  PetscBool        move, free; /* does any move, by formulas or freely? freely? */
+  PetscBool        driven, free; /* does any move by formulas? freely? */
+  PetscReal        meet;         /* s: when two that move by formulas, or one and a fixed one, pass through each other; */
+  PetscInt         meets[2];     /* which */
+  PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
+  PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;

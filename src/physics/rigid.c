@@ -119,6 +119,16 @@ PetscReal MPMRigidSpeed(const MPMRigid *r)
   return PetscSqrtReal(v) + r->reach * PetscSqrtReal(w);
 }
 
+/* Returns the kinetic energy of a free body, J. */
+PetscReal MPMRigidEnergy(const MPMRigid *r)
+{
+  PetscReal energy = 0;
+
+  for (PetscInt d = 0; d < 3; d++)
+    energy += 0.5 * (r->mass * r->velocity[d] * r->velocity[d] + r->spin[d] * r->momentum[d]);
+  return energy;
+}
+
 /* Returns whether a free body touches another one: a point of its surface, or of a ball and a disk the nearest one. */
 static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, PetscReal most)
 {
@@ -227,7 +237,7 @@ void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
 
 /* Sets the points of the surface: a corner of a box, polygon or triangles each, and places of the rest of it, which are
    found from a grid of 64 x 64 places in 2-D, 24 x 24 x 24 in 3-D. */
-static PetscErrorCode SetPoints(MPMRigid *r, PetscInt dim)
+PetscErrorCode MPMRigidSetPoints(MPMRigid *r, PetscInt dim)
 {
   const MPMRegion *shape    = r->shape;
   const Samples    g        = SamplesOf(shape, dim, rough[dim - 1]);
@@ -276,6 +286,6 @@ PetscErrorCode MPMRigidSetFree(MPMRigid *r, PetscInt dim, PetscReal mass, const 
     MPMCofactor(3, inertia, r->inverse); /* it is symmetric */
     for (PetscInt k = 0; k < 9; k++) r->inverse[k] /= MPMDet(3, inertia);
   }
-  PetscCall(SetPoints(r, dim));
+  PetscCall(MPMRigidSetPoints(r, dim));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,6 +18,7 @@ typedef struct {
   PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
   PetscBool        moves, free;
+  PetscBool        tied; /* matter that lies in it moves with it */
   PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
   PetscReal        reach;                        /* of the shape from the pivot, m */
   PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
@@ -78,11 +79,13 @@ typedef struct {
 } MPMRigidMass;
 void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
 PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
+PetscErrorCode MPMRigidSetPoints(MPMRigid *, PetscInt dim);
 void           MPMRigidMove(MPMRigid *, PetscReal dt);
 PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
 void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
 PetscReal      MPMRigidSpeed(const MPMRigid *);
+PetscReal      MPMRigidEnergy(const MPMRigid *);
 void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
 
 /* Returns whether a body is a ball or a disk. */

@@ -233,9 +233,14 @@ static PetscReal Value_dt(const MPMShown *s)
   return s->core->step ? s->core->params.dt : 0;
 }
 
+static PetscReal Value_rigid_kinetic_energy(const MPMShown *s)
+{
+  return s->now->rigid;
+}
+
 static PetscReal Value_total_energy(const MPMShown *s)
 {
-  return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
+  return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
@@ -246,7 +251,7 @@ PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
-  PetscReal        work = s->now->energy[MPM_ENERGY_loads] + s->core->half;
+  PetscReal        work = s->now->energy[MPM_ENERGY_loads] + s->core->half + s->core->rigids.energy[0];
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
@@ -263,7 +268,8 @@ static PetscReal Value_external_work(const MPMShown *s)
 PetscReal MPMShownResidual(const MPMShown *s)
 {
   return MPMShownEver(s->now, MPM_SHOWS_kinetic_energy, 0) + MPMShownEver(s->now, MPM_SHOWS_strain_energy, 0) -
-         s->start->sum[MPM_SHOWS_kinetic_energy][0] - s->start->sum[MPM_SHOWS_strain_energy][0] - MPMShownWork(s);
+         s->start->sum[MPM_SHOWS_kinetic_energy][0] - s->start->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid -
+         s->start->rigid - MPMShownWork(s);
 }
 
 static PetscReal Value_energy_residual(const MPMShown *s)
@@ -278,12 +284,12 @@ static PetscReal Value_load_work(const MPMShown *s)
 
 static PetscReal Value_energy_gravity(const MPMShown *s)
 {
-  return s->now->energy[MPM_ENERGY_gravity];
+  return s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0];
 }
 
 static PetscReal Value_energy_walls(const MPMShown *s)
 {
-  return s->now->energy[MPM_ENERGY_walls];
+  return s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2];
 }
 
 static PetscReal Value_energy_rigid(const MPMShown *s)
@@ -293,7 +299,7 @@ static PetscReal Value_energy_rigid(const MPMShown *s)
 
 static PetscReal Value_energy_friction(const MPMShown *s)
 {
-  return s->now->energy[MPM_ENERGY_friction];
+  return s->now->energy[MPM_ENERGY_friction] + s->core->rigids.energy[1];
 }
 
 /* Returns how much a sum over the particles, those that were removed included, has changed since the start. */
@@ -325,7 +331,8 @@ static PetscReal Value_energy_laws(const MPMShown *s)
 
 PetscReal MPMShownIntegration(const MPMShown *s)
 {
-  return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) - Value_load_work(s) -
+  return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
+         Value_load_work(s) -
          Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
          Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) - Value_energy_rigid(s);
 }
@@ -350,6 +357,7 @@ static PetscReal Value_particles(const MPMShown *s)
 #define DAMPED    MPM_SHOW_DAMPED
 #define RELAXED   MPM_SHOW_RELAXED
 #define RIGID     MPM_SHOW_RIGID
+#define FREE      MPM_SHOW_FREE
 #define AXIAL     MPM_SHOW_AXIAL
 #define ASKED     MPM_SHOW_ASKED
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
@@ -411,16 +419,6 @@ PetscInt MPMDiagnosticReads(PetscInt64 rows, const MPMCore *core)
   return fields;
 }
 
-PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
-{
-  PetscReal sum = totals->sum[row][component];
-
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
-      sum += totals->sum[k][component];
-  return sum;
-}
-
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
 {
   return MPMDiagnostics[row].value ? MPMDiagnostics[row].value(s) : s->now->sum[row][component];
@@ -439,7 +437,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
-                 (uses & RIGID && !core->rigids.move) || (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) || (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

@@ -25,6 +25,7 @@ _Static_assert(MPM_NUM_DIAGNOSTICS <= 62, "sets of rows are the bits of a 64-bit
 typedef struct {
   PetscReal  sum[MPM_NUM_DIAGNOSTICS][3]; /* [row][component] */
   PetscReal  energy[MPM_NUM_ENERGIES];    /* of core->energy, over all processes, J */
+  PetscReal  rigid;                       /* the kinetic energy of free rigid bodies, J */
   PetscInt64 n;                           /* particles */
   PetscInt64 wrong;                       /* the smallest id of a particle with a quantity that is not finite, or -1 */
   PetscInt   wrong_row;                   /* the first row where that is so */
@@ -51,7 +52,8 @@ enum {
   MPM_SHOW_DAMPED    = 256,
   MPM_SHOW_RELAXED   = 512,
   MPM_SHOW_SYMMETRIC = 1024,
-  MPM_SHOW_RIGID     = 2048
+  MPM_SHOW_RIGID     = 2048,
+  MPM_SHOW_FREE      = 4096
 };
 typedef struct {
   const char *name, *word, *unit, *components;
@@ -95,9 +97,17 @@ PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
 PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
-PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
+MPM_INLINE PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
+{
+  PetscReal sum = totals->sum[row][component];
 
-/* Return the work that gravity, body forces and loads have done on the particles since the start, J, and the change of
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
+      sum += totals->sum[k][component];
+  return sum;
+}
+
+/* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the change of
    the energy less that work, J. */
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);

@@ -207,8 +207,7 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
   const PetscReal  residual = core->energy.on ? MPMShownIntegration(shown) : MPMShownResidual(shown);
   PetscReal        change2  = 0, base;
 
-  mon->energy_max = PetscMax(mon->energy_max,
-                             now->sum[MPM_SHOWS_kinetic_energy][0] + now->sum[MPM_SHOWS_strain_energy][0]);
+  mon->energy_max = PetscMax(mon->energy_max, MPMDiagnosticValue(shown, MPM_SHOWS_total_energy, 0));
   mon->speed_max  = PetscMax(mon->speed_max, now->sum[MPM_SHOWS_momentum_size][0]);
   base            = mon->energy_max + PetscAbsReal(MPMShownWork(shown));
   if (mon->check_energy > 0 && !(PetscAbsReal(residual) <= mon->check_energy * base))

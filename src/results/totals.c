@@ -74,6 +74,8 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
     for (PetscInt c = 0; has && c < MPMDiagnostics[k].nc; c++) totals->sum[k][c] = MPMSumValue(&sum[at++]);
   }
   PetscCall(ReduceEnergy(core, totals->energy));
+  for (PetscInt k = 0; k < core->rigids.n; k++)
+    if (core->rigids.body[k].free) totals->rigid += MPMRigidEnergy(&core->rigids.body[k]);
   PetscCall(MPMLostTotals(core, totals));
   count[0] = core->particles.n;
   PetscCall(MPMParticlesFingerprint(&core->particles, &count[1]));

@@ -145,7 +145,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   if (core->grid.total) MPMTotalPass(core);
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
-  for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
+  MPMRigidsMove(core);
   CheckState(mpm);
   core->t = last ? next : core->t + core->params.dt;
   core->kicked += core->params.kick;

@@ -69,6 +69,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
+  if (!MPMOptionsError(o) && mpm->scene.meets) PetscCall(MPMPointsOverlap(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMVolumeLoadsCheck(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(&mpm->core, &mpm->scene, &mpm->time, o));

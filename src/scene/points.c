@@ -99,7 +99,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
 }
 
 /* Returns the kind of particle k of these rows. */
-static PetscInt KindOf(const MPMPoints *p, const MPMPointRows *rows, PetscInt k)
+PetscInt MPMPointsKind(const MPMPoints *p, const MPMPointRows *rows, PetscInt k)
 {
   const PetscReal  pair[2] = {(PetscReal)rows->material[k], rows->number[(k + 1) * rows->stride - 1]};
   const PetscReal *found   = bsearch(pair, p->sort, (size_t)p->nkinds, 2 * sizeof *pair, ComparePairs);
@@ -171,7 +171,7 @@ PetscErrorCode MPMPointsCount(MPMScene *scene, MPMCore *core, MPMOptions o)
 static PetscErrorCode SetPoint(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const MPMPointRows *rows,
                                PetscInt k, PetscInt p, MPMView *view)
 {
-  const PetscInt   dim = core->grid.dim, kind = KindOf(b->points, rows, k);
+  const PetscInt   dim = core->grid.dim, kind = MPMPointsKind(b->points, rows, k);
   const PetscReal *x = rows->number + k * rows->stride, *v = x + dim, *F = v + dim;
   PetscReal        V[3] = {1, 1, 1};
 
@@ -207,7 +207,7 @@ PetscErrorCode MPMPointsHistogram(const MPMScene *scene, const MPMCore *core, MP
       const PetscReal *x    = rows.number + k * rows.stride;
       PetscReal        V[3] = {1, 1, 1};
 
-      view.kind[k] = KindOf(scene->bodies[b].points, &rows, k);
+      view.kind[k] = MPMPointsKind(scene->bodies[b].points, &rows, k);
       if (scene->bodies[b].points->deformation && core->needs.stretched) MPMStretch((int)dim, x + 2 * dim, V);
       for (PetscInt d = 0; d < dim; d++) {
         view.x[k * dim + d] = x[d];

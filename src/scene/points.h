@@ -37,6 +37,9 @@ PetscErrorCode MPMPointsDestroy(MPMPoints **);
 PetscErrorCode MPMPointsRead(const MPMScene *, const MPMBody *, MPI_Comm, MPMOptions, MPMPointRows *);
 PetscErrorCode MPMPointsDestroyRows(MPMPointRows *);
 
+/* Returns the kind of particle k of these rows. Not collective. */
+PetscInt MPMPointsKind(const MPMPoints *, const MPMPointRows *, PetscInt k);
+
 /* The same of an HDF5 file: the first process finds the datasets; a process reads rows first .. first+n-1 of the file
    into rows that have their defaults. why [len] gets what is wrong, or stays. Not collective. */
 PetscErrorCode MPMPointsOpenHDF5(MPMOptions, MPMPoints *);

@@ -83,6 +83,8 @@ static PetscErrorCode ReadContact(MPMScene *scene, const MPMCore *core, MPMConta
   PetscCall(MPMOptionsBool(o, "contact_<c>_stick", name, &stick));
   PetscCall(MPMOptionsEnum(o, "contact_<c>_normal", name, normal, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->grid.dim == 1 && (stick || pair.mu > 0))
+    MPMOptionsFail(o, "-contact_%s_%s does not apply: in 1-D nothing slides", name, stick ? "stick" : "mu");
   if (stick && set)
     MPMOptionsFail(o, "-contact_%s_mu does not apply: -contact_%s_stick lets nothing slide", name, name);
   PetscCall(MPMOptionsFind(normal, 4, normals, &row));
@@ -98,7 +100,7 @@ static PetscErrorCode ReadContact(MPMScene *scene, const MPMCore *core, MPMConta
 
 /* Gives the bodies copies, and adds pairs that are glued for all that no contact names: until now a and b of pairs are
    bodies. */
-static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, MPMOptions o)
+static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, MPMOptions o, PetscBool all)
 {
   MPMGrid       *grid     = &core->grid;
   const PetscInt declared = c->npairs;
@@ -114,10 +116,10 @@ static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, 
   }
   if (grid->copies > MPM_MAX_COPIES)
     MPMOptionsFail(o,
-                   "-contacts: %" PetscInt_FMT
-                   " bodies have nodes of their own, %d are allowed; let bodies that do not "
-                   "part from each other be one body, or out of contacts",
-                   grid->copies, MPM_MAX_COPIES);
+                   "-contact%s: %" PetscInt_FMT
+                   " bodies have nodes of their own, %d are allowed; let bodies that do not part from each other be one "
+                   "body%s",
+                   all ? "_mu" : "s", grid->copies, MPM_MAX_COPIES, all ? "" : ", or out of contacts");
   for (grid->stack = grid->dim - 1; grid->stack >= 0 && grid->periodic[grid->stack];) grid->stack--;
   if (grid->stack < 0) MPMOptionsFail(o, "-contacts need an axis that is not periodic");
   for (PetscInt k = 0; k < declared; k++) {
@@ -145,6 +147,8 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *scene, MPMCore *core, MPMOptions o
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsReal(o, "contact_mu", NULL, &mu, &all));
   if (MPMOptionsError(o) || (!all && !scene->ncontacts)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (all && core->grid.dim == 1 && mu > 0)
+    MPMOptionsFail(o, "-contact_mu %g does not apply: in 1-D nothing slides; use -contact_mu 0", (double)mu);
   if (all && scene->ncontacts)
     MPMOptionsFail(o, "-contact_mu does not apply: -contacts says which bodies meet, and how");
   if (all && scene->nbodies < 2)
@@ -159,7 +163,7 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *scene, MPMCore *core, MPMOptions o
     for (PetscInt j = i + 1; j < scene->nbodies; j++) AddPair(scene, c, o, i, j, (MPMPair){.axis = -1, .mu = mu}, "");
   for (PetscInt k = 0; k < scene->ncontacts && !MPMOptionsError(o); k++)
     PetscCall(ReadContact(scene, core, c, o, scene->contacts[k], in));
-  if (!MPMOptionsError(o)) PetscCall(SetCopies(scene, core, c, o));
+  if (!MPMOptionsError(o)) PetscCall(SetCopies(scene, core, c, o, all));
   PetscCall(PetscFree(in));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,10 +8,10 @@
 static const PetscReal nowhere[3] = {0};
 
 /* The options of a body that its kind of motion decides on: all of them, and those that each kind takes. */
-static const char        all[]   = "material ppc offset deformation velocity mu spin pivot rho mass inertia";
+static const char        all[]   = "material ppc offset deformation velocity mu tied spin pivot rho mass inertia";
 static const char *const taken[] = {[MPM_RIGID_NONE]   = "material ppc offset deformation velocity",
-                                    [MPM_RIGID_FIXED]  = "mu",
-                                    [MPM_RIGID_MOVING] = "mu velocity spin pivot",
+                                    [MPM_RIGID_FIXED]  = "mu tied",
+                                    [MPM_RIGID_MOVING] = "mu tied velocity spin pivot",
                                     [MPM_RIGID_FREE]   = "mu velocity spin rho mass inertia"};
 
 /* Reads what a free body weighs. */
@@ -31,6 +31,13 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
   for (PetscInt d = 0; d < (dim == 3 ? 3 : 1) && inertia; d++)
     if (!(b->inertia[d] > 0 && b->inertia[d] <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_inertia has %g, moments of inertia are above 0", b->name, (double)b->inertia[d]);
+  for (PetscInt d = 0; d < 3 && inertia && dim == 3; d++)
+    if (b->inertia[d] > (1 + 1e-9) * (b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]))
+      MPMOptionsFail(o,
+                     "-body_%s_inertia %g,%g,%g: no body has these moments, each is at most the sum of the other two "
+                     "(%c: %g is above %g)",
+                     b->name, (double)b->inertia[0], (double)b->inertia[1], (double)b->inertia[2], "xyz"[d],
+                     (double)b->inertia[d], (double)(b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]));
   if (rho == mass)
     MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "",
                    b->name, b->name, rho ? ", not both" : "");
@@ -50,6 +57,7 @@ static PetscErrorCode RefuseOfRigid(MPMOptions o, const char name[])
 {
   static const char *const option[][2] = {
       {"mu", "fixed, moving or free; bodies with particles have -contact_mu, or -contacts"},
+      {"tied", "fixed or moving; bodies with particles that no contact names are tied where they meet"},
       {"rho", "free; a body with particles has that of its material"},
       {"mass", "free; a body with particles has the density of its material"},
       {"inertia", "free; that of a body with particles follows from them"},
@@ -74,6 +82,7 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   static const char *const names[]            = {"no", "fixed", "moving", "free"};
   const PetscInt           dim                = core->grid.dim;
   char                     word[MPM_NAME_LEN] = "no";
+  PetscBool                rubs;
   PetscInt                 row;
 
   PetscFunctionBeginUser;
@@ -87,7 +96,11 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   b->alone = PETSC_TRUE;
   if (b->region.type == MPM_REGION_file)
     MPMOptionsFail(o, "-body_%s_rigid %s does not apply: the particles of a file have no shape", b->name, word);
-  PetscCall(MPMOptionsReal(o, "body_<b>_mu", b->name, &b->mu, NULL));
+  PetscCall(MPMOptionsReal(o, "body_<b>_mu", b->name, &b->mu, &rubs));
+  PetscCall(MPMOptionsBool(o, "body_<b>_tied", b->name, &b->tied));
+  if (rubs && b->tied)
+    MPMOptionsFail(o, "-body_%s_mu does not apply: -body_%s_tied lets nothing slide", b->name, b->name);
+  if (rubs && b->mu > 0 && dim == 1) MPMOptionsFail(o, "-body_%s_mu does not apply: in 1-D nothing slides", b->name);
   if (b->rigid == MPM_RIGID_FIXED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
       MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
@@ -181,6 +194,7 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   r->name  = b->name;
   r->shape = &b->region;
   r->mu    = b->mu;
+  r->tied  = b->tied;
   r->moves = b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) {
     r->pivot[d]    = d < dim && !b->has_pivot ? 0.5 * (lower[d] + upper[d]) : b->pivot[d];
@@ -262,6 +276,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscInt       n     = 0, a, b;
 
   PetscFunctionBeginUser;
+  r->meet = PETSC_INFINITY;
   for (PetscInt k = 0; k < scene->nshapes; k++) n += first[k].rigid != MPM_RIGID_NONE;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MakeDistances(scene, core, o, MPM_RIGID_FIXED));
@@ -273,7 +288,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     if (first[k].rigid == MPM_RIGID_NONE) continue;
     MPMRigidUse(&r->body[r->n], r->numbers + r->n * MPM_RIGID_NUMBERS);
     PetscCall(MakeRigid(core, &first[k], o, &r->body[r->n]));
-    if (r->body[r->n].moves) r->move = PETSC_TRUE;
+    if (first[k].rigid == MPM_RIGID_MOVING) r->driven = PETSC_TRUE;
     if (r->body[r->n].free) r->free = PETSC_TRUE;
     if (!MPMOptionsError(o)) CheckWalls(scene, core, o, &r->body[r->n]);
     r->n++;
@@ -300,7 +315,7 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
     PetscReal       n[3];
     const PetscReal distance = MPMRigidDistance(&core->rigids.body[k], dim, x, n);
 
-    if (!(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
+    if (core->rigids.body[k].tied || !(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
     MPMPlaceWords(dim, x, at);
     if (distance > -PETSC_MAX_REAL) (void)snprintf(deep, sizeof deep, " %g m", (double)-distance);
     MPMOptionsFail(
@@ -310,17 +325,24 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMSceneMoveRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *scene, PetscInt dim, PetscReal t, MPMRigid body[])
 {
-  MPMRigid *r = core->rigids.body;
+  MPMRigid *r = body;
 
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && r; k++) {
     const MPMBody *b = &scene->bodies[k];
 
-    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, core->grid.dim, t, r->velocity, r->spin));
+    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
     if (b->rigid != MPM_RIGID_NONE) r++;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneMoveRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMSceneEvaluateRigids(scene, core->grid.dim, t, core->rigids.body));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -30,7 +30,7 @@ typedef struct {
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
-  PetscBool     has_pivot;
+  PetscBool     has_pivot, tied;
   PetscReal     rho, mass, inertia[3];  /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
   MPMExpression spin;                   /* of a rigid body, rad/s, of t; NULL: it does not turn */
   MPMExpression velocity;               /* m/s, of x y z, of a rigid body of t; NULL: at rest */
@@ -142,6 +142,9 @@ PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
+/* Refuses bodies of files in contact whose particles overlap, once all are counted (overlap.c). Collective on core->comm. */
+PetscErrorCode MPMPointsOverlap(const MPMScene *, MPMCore *, MPMOptions);
+
 /* Contact (read_contacts.c): reads it, after the bodies, gives these copies of the grid's nodes, and makes core->contacts.
    A fault is left in the options. Not collective. */
 PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
@@ -151,8 +154,13 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
 PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *, PetscInt dim, PetscReal t, MPMRigid body[]);
 PetscErrorCode MPMSceneCheckInside(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal x[]);
 PetscErrorCode MPMSceneCheckRigids(const MPMScene *, MPMCore *, PetscReal t);
+
+/* Finds when rigid bodies that move by formulas pass through others until the time end, s, or leave the grid, and says so;
+   sets core->rigids.meet (foresee_rigids.c). Not collective. */
+PetscErrorCode MPMSceneForeseeRigids(const MPMScene *, MPMCore *, PetscReal end);
 
 /* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
    collective. */

@@ -200,6 +200,33 @@ static void Glue(MPMContacts *c, PetscBool before)
   }
 }
 
+static void PlaceOf(const MPMGrid *grid, const MPMContactNode *q, PetscReal x[])
+{
+  for (PetscInt d = 0; d < 3; d++) x[d] = d < grid->dim ? grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d] : 0;
+}
+
+/* Gives the nodes that are tied to a rigid body its velocity there. Returns the largest change, m/s. */
+static PetscReal Hold(MPMCore *core)
+{
+  MPMContacts *c    = core->contacts;
+  PetscReal    most = 0, x[3], V[3];
+
+  for (MPMContactNode *q = c->node; q < c->node + c->nnodes; q++) {
+    MPMContactSite *site = &c->site[q->site[1]];
+
+    if (!q->tied || !(site->m > 0)) continue;
+    PlaceOf(&core->grid, q, x);
+    MPMRigidVelocity(c->pair[q->pair].rigid, core->grid.dim, x, V);
+    for (PetscInt d = 0; d < core->grid.dim; d++) {
+      most = PetscMax(most, PetscAbsReal(V[d] - site->v[d]));
+      q->given[d] += site->m * (V[d] - site->v[d]);
+      site->v[d] = V[d];
+    }
+    site->changes = PETSC_TRUE;
+  }
+  return most;
+}
+
 /* Gives own nodes the velocities of their sites, and in the advance the accelerations; walls hold them all the same. */
 static void Take(MPMCore *core, PetscBool advance)
 {
@@ -249,36 +276,73 @@ static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
   return phase->nodes == MPMNodesCorrect && ++c->corrections == core->params.order - 1 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
+/* Adds an impulse J [3], N s, of a rigid body on the matter at x [3] to what it has done; returns its work, J. */
+static PetscReal AddTo(MPMRigid *rigid, PetscInt dim, const PetscReal x[], const PetscReal J[])
+{
+  PetscReal V[3], r[3], torque[3], by = 0;
+
+  MeanVelocity(rigid, dim, x, V);
+  for (PetscInt d = 0; d < 3; d++) {
+    r[d] = x[d] - rigid->pivot[d] - rigid->place[d];
+    by += J[d] * V[d];
+  }
+  MPMCross(r, J, torque);
+  for (PetscInt d = 0; d < 3; d++) {
+    rigid->impulse[d] += J[d];
+    rigid->torque[d] += torque[d];
+  }
+  *rigid->work += by;
+  return by;
+}
+
+/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work, and what
+   free ones give is no loss. */
 static void Account(MPMCore *core, PetscBool advance)
 {
   const MPMContacts *c    = core->contacts;
-  PetscReal          work = 0;
+  PetscReal          work = 0, taken = 0;
   PetscMPIInt        rank;
 
   for (const MPMContactColumn *col = c->column; col < c->column + c->ncolumns; col++) {
     MPMRigid *rigid = c->pair[col->pair].rigid;
-    PetscReal V[3], J[3], r[3], torque[3], by = 0;
+    PetscReal J[3], by;
 
     if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
-    MeanVelocity(rigid, core->grid.dim, col->at, V);
-    for (PetscInt d = 0; d < 3; d++) {
-      J[d] = col->press * col->n[d] + col->brake[d];
-      r[d] = col->at[d] - rigid->pivot[d] - rigid->place[d];
-      by += J[d] * V[d];
-    }
-    MPMCross(r, J, torque);
-    for (PetscInt d = 0; d < 3; d++) {
-      rigid->impulse[d] += J[d];
-      rigid->torque[d] += torque[d];
-    }
-    *rigid->work += by;
-    work += by;
+    for (PetscInt d = 0; d < 3; d++) J[d] = col->press * col->n[d] + col->brake[d];
+    by = AddTo(rigid, core->grid.dim, col->at, J);
+    taken += by;
+    if (!rigid->free) work += by;
+  }
+  for (const MPMContactNode *q = c->node; q < c->node + c->nnodes; q++) {
+    PetscReal x[3], by;
+
+    PlaceOf(&core->grid, q, x);
+    if (!q->tied) continue;
+    by = AddTo(c->pair[q->pair].rigid, core->grid.dim, x, q->given);
+    taken += by;
+    work += by; /* it is not free */
   }
   (void)MPI_Comm_rank(core->exchange.data, &rank);
-  if (rank || !core->energy.on || work == 0) return;
+  if (rank || !core->energy.on || taken == 0) return;
   MPMSumAdd(&core->energy.sum[MPM_ENERGY_rigid], work);
-  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -work);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -taken);
+}
+
+/* One round: columns, free rigid bodies at walls, and ties. Returns the largest change of a velocity, m/s. (PetscMax is a
+   macro: a function in it would act twice.) */
+static PetscReal Round(MPMCore *core, PetscBool decides, PetscBool advance, PetscBool yield)
+{
+  MPMContacts *c    = core->contacts;
+  PetscReal    most = 0, change;
+
+  for (PetscInt k = 0; k < c->ncolumns; k++) {
+    change = Act(core, &c->column[k], decides, advance, Free(c, &c->column[k], yield));
+    most   = PetscMax(most, change);
+  }
+  change = yield ? MPMRigidsStand(core) : 0;
+  most   = PetscMax(most, change);
+  change = Hold(core);
+  return PetscMax(most, change);
 }
 
 PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
@@ -296,19 +360,11 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
   for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(c, &c->column[k], yield));
+  for (PetscInt k = 0; k < c->nnodes; k++)
+    for (PetscInt d = 0; d < 3; d++) c->node[k].given[d] = 0;
   for (int rounds = 0; rounds < ROUNDS && (!rounds || most > QUIET * largest); rounds++) {
     Glue(c, rounds ? PETSC_FALSE : PETSC_TRUE);
-    most = 0;
-    for (PetscInt k = 0; k < c->ncolumns; k++) {
-      const PetscReal change = Act(core, &c->column[k], decides, advance, Free(c, &c->column[k], yield));
-
-      most = PetscMax(most, change); /* a macro, which would act twice */
-    }
-    if (yield) {
-      const PetscReal change = MPMRigidsStand(core);
-
-      most = PetscMax(most, change);
-    }
+    most    = Round(core, decides, advance, yield);
     largest = PetscMax(largest, most);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++)

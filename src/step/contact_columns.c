@@ -46,7 +46,7 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
     const MPMContactNode *q   = &c->node[k];
     PetscReal             all = 0, least = 0;
 
-    if (c->pair[q->pair].glued) continue;
+    if (c->pair[q->pair].glued || (c->pair[q->pair].rigid && c->pair[q->pair].rigid->tied)) continue;
     if (c->pair[q->pair].flows) { /* a mean of the surface would let single particles through */
       PetscInt axis = 0;
 

@@ -205,7 +205,7 @@ static PetscBool IsRigidNear(const Search *s, const MPMRigid *rigid, const Petsc
 {
   const MPMGrid *grid = &s->core->grid;
   const PetscInt edge = MPMTileEdge(s->core->basis);
-  PetscReal      x[3] = {0}, n[3], half = 0;
+  PetscReal      x[3] = {0}, n[3], half = 0, distance;
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal wide = 0.5 * (PetscReal)(edge + MPMBasisNodes(s->core->basis)) * grid->h[d];
@@ -214,17 +214,18 @@ static PetscBool IsRigidNear(const Search *s, const MPMRigid *rigid, const Petsc
     half += PetscSqr(wide);
   }
   half = PetscSqrtReal(half);
-  return PetscAbsReal(MPMRigidDistance(rigid, grid->dim, x, n)) < half + s->reach ? PETSC_TRUE : PETSC_FALSE;
+  distance = MPMRigidDistance(rigid, grid->dim, x, n);
+  return (rigid->tied ? distance : PetscAbsReal(distance)) < half + s->reach ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns whether particle p is near a rigid body. */
+/* Returns whether particle p is near a rigid body: near its surface, of one that is tied also inside. */
 static PetscBool IsParticleNear(const Search *s, const MPMRigid *rigid, PetscInt p)
 {
   const PetscInt  dim = s->core->grid.dim;
   PetscReal       n[3];
   const PetscReal distance = MPMRigidDistance(rigid, dim, s->view.x + p * dim, n);
 
-  return distance < s->reach && distance > -s->reach ? PETSC_TRUE : PETSC_FALSE;
+  return distance < s->reach && (rigid->tied || distance > -s->reach) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Lists those near a rigid body, as ListParticles does. */

@@ -155,6 +155,49 @@ PetscReal MPMRigidsStand(MPMCore *core)
   return most;
 }
 
+/* Returns the mean of the velocities along J before and after the step of place x of a body, times J, J. */
+static PetscReal Work(const MPMRigid *r, PetscInt dim, const PetscReal x[], const PetscReal J[])
+{
+  MPMRigid  was = *r;
+  PetscReal before[6], V[3], U[3], work = 0;
+
+  for (PetscInt k = 0; k < 6; k++) before[k] = r->before[k];
+  was.velocity = before;
+  was.spin     = before + 3;
+  MPMRigidVelocity(r, dim, x, V);
+  MPMRigidVelocity(&was, dim, x, U);
+  for (PetscInt d = 0; d < dim; d++) work += 0.5 * J[d] * (U[d] + V[d]);
+  return work;
+}
+
+/* Adds up what gravity and the walls have done to free bodies in a step, from before they move. */
+static void Account(MPMCore *core)
+{
+  MPMRigids *r = &core->rigids;
+
+  for (PetscInt k = 0; k < r->n; k++) {
+    PetscReal x[3], J[3] = {0};
+
+    for (PetscInt d = 0; d < 3; d++) x[d] = r->body[k].pivot[d] + r->body[k].place[d];
+    for (PetscInt d = 0; d < core->grid.dim; d++) J[d] = r->body[k].mass * core->params.kick * core->params.gravity[d];
+    if (r->body[k].free) r->energy[0] += Work(&r->body[k], core->grid.dim, x, J);
+  }
+  for (const MPMRigidSupport *s = r->support; s < r->support + r->nsupports; s++) {
+    const MPMWall type = core->params.walls->given[s->face / 2][s->face % 2].type;
+    PetscReal     J[3];
+
+    for (PetscInt d = 0; d < 3; d++) J[d] = s->brake[d];
+    J[s->face / 2] += s->face % 2 ? -s->press : s->press;
+    r->energy[MPMWallHas(type, MPM_WALL_MOVES) ? 2 : 1] += Work(&r->body[s->body], core->grid.dim, s->at, J);
+  }
+}
+
+void MPMRigidsMove(MPMCore *core)
+{
+  if (core->rigids.free) Account(core);
+  for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
+}
+
 void MPMRigidsCheck(MPMCore *core)
 {
   PetscInt a, b;
@@ -166,6 +209,12 @@ void MPMRigidsCheck(MPMCore *core)
         "the rigid bodies %s and %s meet at t=%g s; they would pass through each other, since contact between rigid "
         "bodies is not built",
         core->rigids.body[a].name, core->rigids.body[b].name, (double)core->t);
+  if (core->rigids.driven && core->t >= core->rigids.meet && !core->stop[0])
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "the rigid bodies %s and %s pass through each other at t=%g s; contact between rigid bodies is not "
+                   "built",
+                   core->rigids.body[core->rigids.meets[0]].name, core->rigids.body[core->rigids.meets[1]].name,
+                   (double)core->t);
   for (PetscInt k = 0; k < core->rigids.n && !core->stop[0]; k++) {
     const MPMRigid *r = &core->rigids.body[k];
 

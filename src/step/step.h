@@ -90,11 +90,12 @@ void      MPMContactsGave(const MPMCore *, const PetscInt ijk[], PetscReal dv[])
 PetscBool MPMContactsPush(const MPMCore *, const PetscInt ijk[], PetscReal e[]);
 
 /* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on walls at the
-   present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsCheck
-   says in core->stop if two of them meet, or if one has left the grid. Not collective. */
+   present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsMove
+   moves all rigid bodies at the end of a step, and adds up the work on free ones; MPMRigidsCheck says in core->stop if two of them meet, or if one has left the grid. Not collective. */
 PetscErrorCode MPMRigidsDestroy(MPMCore *);
 PetscErrorCode MPMRigidsBegin(MPMCore *);
 PetscReal      MPMRigidsStand(MPMCore *);
+void           MPMRigidsMove(MPMCore *);
 void           MPMRigidsCheck(MPMCore *);
 
 /* What acts on surfaces after a phase of nodes: contact, then pistons (contact.c). Collective on exchange.data. */
