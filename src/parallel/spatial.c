@@ -308,6 +308,37 @@ PetscErrorCode MPMExchangeDistribute(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Cuts the grid, which has other nodes now, for the particles as they are. Collective. */
+static PetscErrorCode Renew_Spatial(MPMCore *core)
+{
+  MPMExchange   *ex     = &core->exchange;
+  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMPartition   part   = {.costs = ex->partition.costs};
+  PetscMPIInt    size, rank;
+  MPMHistogram   h;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMHistogramAddView(&h, core, &view));
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(MPMHistogramFinish(&h));
+  if (!rank && size > 1) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &part));
+  if (size == 1) PetscCall(MPMPartitionWhole(&core->grid, &part)); /* the pool's master */
+  PetscCall(MPMHistogramDestroy(&h));
+  PetscCall(MPMPartitionShare(&part, s->comm));
+  PetscCall(MPMSpatialTearDown(core));
+  PetscCall(MPMPartitionDestroy(&ex->partition));
+  ex->partition = part;
+  PetscCall(MPMSpatialLayout(core));
+  PetscCall(MPMExchangeDistribute(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Is it time to look for better cuts (-parallel_balance auto)? It is when the time lost to imbalance since the last
    look exceeds what a new cut takes. Both are the model's, since measured times would differ between processes. */
 static PetscBool TimeToRecut(MPMCore *core)
@@ -396,6 +427,7 @@ const MPMExchangeType MPMExchange_spatial = {
     .nodes  = Nodes_Spatial,
     .reduce = Reduce_Spatial,
     .settle = Settle_Spatial,
+    .renew  = Renew_Spatial,
     .finish = Finish_Spatial,
     .cuts   = PETSC_TRUE,
     .share  = Share_Spatial,
