@@ -28,8 +28,11 @@ MPM_INLINE void MPMStageKinds(int dim, const MPMParams *par, const MPMPatch *pat
   const PetscInt *kinds = patch->particles.kind, full = MPM_BLOCK_PARTICLES(dim);
   PetscInt        changed = 0;
 
-  for (PetscInt l = 0; l < full && o->adjacent; l++) changed |= kinds[o->particle[0] + l] ^ s->kind[l];
-  for (PetscInt l = 0; l < o->lanes && (changed || !o->adjacent); l++) {
+  if (o->adjacent) { /* a full block; with no early exit, so that the compiler makes vectors of it */
+    for (PetscInt l = 0; l < full; l++) changed |= kinds[o->particle[0] + l] ^ s->kind[l];
+    if (!changed) return;
+  }
+  for (PetscInt l = 0; l < o->lanes; l++) {
     const PetscInt kind = kinds[o->particle[l]];
 
     if (kind == s->kind[l]) continue;

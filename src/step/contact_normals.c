@@ -21,23 +21,23 @@ static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p, 
   const MPMPatch *patch = &s->core->exchange.patch;
   const MPMGrid  *grid  = patch->grid;
   const PetscInt  copy  = side ? s->c->pair[pair].b : s->c->pair[pair].a;
-  PetscInt        at[3];
+  PetscInt        at[3], first = 0;
   Stencil         t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
+  for (PetscInt d = 2; d >= 0; d--) {
+    first = first * patch->n[d] + (d < grid->dim ? t.base[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
+    for (PetscInt i = 0; i < t.n[d] && d >= grid->dim; i++) t.w[d][i] = 1;
+  }
   FOR_STENCIL(&t, at)
   {
-    PetscReal units = 1 / UNIT, xi[3] = {0};
-    PetscInt  i = 0, k = 4;
-    Fit      *fit;
+    const PetscInt  i     = first + (at[2] * patch->n[1] + at[1]) * patch->n[0] + at[0];
+    const PetscReal units = 1 / UNIT * t.w[0][at[0]] * t.w[1][at[1]] * t.w[2][at[2]];
+    PetscReal       xi[3] = {0};
+    PetscInt        k     = 4;
+    Fit            *fit;
 
-    for (PetscInt d = 2; d >= 0; d--)
-      i = i * patch->n[d] + (d < grid->dim ? t.base[d] + at[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
-    for (PetscInt d = 0; d < grid->dim; d++) {
-      units *= t.w[d][at[d]];
-      xi[d] = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
-    }
     if (!(units > 0)) continue;
     if (!s->map[i]) {
       if (s->nfits == s->room) {
@@ -54,6 +54,7 @@ static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p, 
     fit->sum[0] += (PetscInt64)units;
     fit->sum[10] += side ? (PetscInt64)units : -(PetscInt64)units;
     if (!IsAmong(&t, at, mixed)) continue;
+    for (PetscInt d = 0; d < grid->dim; d++) xi[d] = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
     for (PetscInt d = 0; d < 3; d++) {
       const PetscInt64 one = (PetscInt64)(units * xi[d]);
 
