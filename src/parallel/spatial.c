@@ -301,6 +301,7 @@ PetscErrorCode MPMExchangeDistribute(MPMCore *core)
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   core->particles.nmovers = -1;
   core->particles.nkept   = core->particles.n;
+  if (core->exchange.direct) s->ranked = PETSC_FALSE; /* direct messages do not keep the ranks of the swarm */
   PetscCall(MPMMigrateList(core, s, &hops));
   left = s->nleavers;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT64, MPI_SUM, s->comm));
