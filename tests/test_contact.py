@@ -115,6 +115,37 @@ def check_apart():
         check.that(len(digests) == 1, f"{update} {transfer}: as long as bodies do not meet, contact changes no bit")
 
 
+def nodes_stored(out):
+    """How many nodes the memory has that a run tells before its first step."""
+    particles = int(re.search(r" (\d+) particles", out).group(1))
+    each, node, both = (float(number) for number in re.search(r", (\d+) with order and scratch, (\d+) B/node: ([\d.]+) MB", out).groups())
+    return (1e6 * both - particles * each) / node
+
+
+def check_places():
+    """Nodes are stored as often as bodies are near each other; disks that meet, part and meet others, and that wait for a wall, on
+    processes and in a pool that store them anew."""
+    at = {"a": (0.15, 0.15, 0.1, 0.15, 0.05), "b": (0.5, 0.5, 0.1, 0, 0), "c": (0.8, 0.8, 0.08, -0.2, -0.15), "d": (0.2, 0.75, 0.1, 0.15, -0.1),
+          "e": (0.8, 0.2, 0.1, -0.15, 0.05), "f": (0.5, 0.85, 0.06, 0.03, -0.1), "g": (0.63, 0.5, 0.02, -0.05, 0)}
+    lines = boxes(2, [32, 32], 1 / 32, {"m": (1000, 1000, 0.3)}, {}, "-geometry plane_strain", "-gravity 0,-0.1", "-bc_ymin_type separate")
+    lines = [line for line in lines if "-bodies" not in line and "history_bodies" not in line] + ["-bodies " + ",".join(at)]
+    for name, (x, y, r, u, v) in at.items():
+        lines += [f"-body_{name}_shape sphere", f"-body_{name}_center {x},{y}", f"-body_{name}_radius {r}", f"-body_{name}_material m", f"-body_{name}_velocity {u},{v}"]
+    lines += ["-contacts most,top", "-contact_most_bodies a,b,d,e", "-contact_most_mu 0.3", "-contact_top_bodies b,c", "-contact_top_mu 0"]
+    words = ["-options_file", check.write("places.opts", lines), *QUIET, "-time_end", 2]
+    one = check.must(*words)
+    others = {f"{n} processes": check.must(*words, "-parallel_balance", how, n=n).digest for n, how in ((2, "none"), (3, "auto"))}
+    others["direct"] = check.must(*words, "-parallel_migrate", "direct", n=3).digest
+    others["pool"] = check.must(*words, "-parallel_strategy", "pool", n=3).digest
+    check.must(*words, "-time_max_steps", 150, "-checkpoint_every", 1e30)
+    others["restart"] = check.must(*words, "-restart_file", "latest", n=2).digest
+    wrong = [name for name, digest in others.items() if digest != one.digest]
+    check.that(not wrong, f"disks that meet and part: the bits of one process also on {', '.join(others)}; not on {', '.join(wrong) or 'none'}")
+    alone, apart = (nodes_stored(disks("-time_end", 0.01, *more).out) for more in ([], ["-contact_mu", 0.3]))
+    near = nodes_stored(disks("-time_end", 0.01, "-contact_mu", 0.3, "-body_disk1_center", "0.36,0.36", "-body_disk2_center", "0.645,0.645").out)
+    check.that(abs(apart / alone - 1) < 0.1 and 1.9 < near / alone < 4, f"nodes stored: {alone:.0f} without contact, {apart:.0f} of disks far apart, {near:.0f} near each other")
+
+
 def check_glued():
     """Bodies in no contact move as one, as without contact; those in contact part."""
     lines = boxes(2, [24, 16], 0.1, {"m": (1000, 1e5, 0.3)},
@@ -216,6 +247,7 @@ check_turned()
 check_slope()
 check_disks()
 check_apart()
+check_places()
 check_glued()
 check_stack()
 check_piston()

@@ -6,9 +6,10 @@
 
 #define TOUCHING 0.25    /* of the faces; 0.15 to 0.4 on average over a run */
 #define DEEP     0.7     /* layers of cells that are searched on each side, for each node of a stencil along an axis */
-#define LOOK     8e-9    /* s to look whether a particle is near another body, */
+#define LOOK     8e-9    /* s to look whether a particle is near a rigid body, */
 #define SEARCH   0.25e-6 /* to find the surface and the normal by one that is, */
-#define STENCIL  0.07e-6 /* and for each node of its stencil */
+#define STENCIL  0.07e-6 /* and for each node of its stencil; */
+#define BETWEEN  0.6     /* of these two between bodies, where few nodes have matter of both */
 #define ROUNDS   60      /* to find the impulses; 2 to 130. Where every node acts by itself: */
 #define ALONE    2
 #define PART     22e-9   /* s for a part of a column in a round, */
@@ -110,10 +111,11 @@ PetscErrorCode MPMModelContact(MPMModel *m, MPMCore *core)
     now /= nodes_of[how] * reach / 3;
     surface = TOUCHING * PetscMin(Faces(grid, a) / a->others, Faces(grid, b) / b->others);
     surface = PetscMax(surface, now);
-    m->search += surface * DEEP * reach * ((pair->rigid ? 0 : a->full) + b->full) * (SEARCH + STENCIL * stencil);
+    m->search += surface * DEEP * reach * ((pair->rigid ? 0 : a->full) + b->full) * (SEARCH + STENCIL * stencil) *
+                 (pair->rigid ? 1 : BETWEEN);
     m->impulses += surface * reach / 3 * (SITE * nodes_of[how] + PART * (pair->flows ? ALONE : ROUNDS) * parts_of[how]);
   }
-  m->look = LOOK;
+  m->look = core->rigids.n ? LOOK : 0;
   PetscCall(PetscFree(box));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

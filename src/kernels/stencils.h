@@ -14,9 +14,30 @@ MPM_INLINE void MPMStageKind(int dim, const MPMParams *par, const MPMKind *k, Pe
   for (PetscInt l = first; l < last; l++) {
     s->m[l]     = k->m;
     s->V0[l]    = k->V0;
-    s->copy[l]  = (PetscReal)k->copy * s->stride;
+    s->copy[l]  = (PetscReal)s->place[k->copy] * s->stride;
     s->has_F[l] = par->materials[k->material].state & MPM_BIT(F) ? 1 : 0;
     for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
+  }
+}
+
+/* Does so for the particles of a block. A lane whose particle in the block before was of the same kind has all that already,
+   so nothing is left to do for most blocks. */
+MPM_INLINE void MPMStageKinds(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                              MPMStencils *s)
+{
+  const PetscInt *kinds = patch->particles.kind, full = MPM_BLOCK_PARTICLES(dim);
+  PetscInt        changed = 0;
+
+  if (o->adjacent) { /* a full block; with no early exit, so that the compiler makes vectors of it */
+    for (PetscInt l = 0; l < full; l++) changed |= kinds[o->particle[0] + l] ^ s->kind[l];
+    if (!changed) return;
+  }
+  for (PetscInt l = 0; l < o->lanes; l++) {
+    const PetscInt kind = kinds[o->particle[l]];
+
+    if (kind == s->kind[l]) continue;
+    s->kind[l] = kind;
+    MPMStageKind(dim, par, par->kinds + kind, l, l + 1, s);
   }
 }
 
@@ -26,7 +47,8 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
   const MPMGrid *grid = patch->grid;
 
   memset(s, 0, sizeof *s);
-  s->stride = grid->copies > 1 ? (PetscReal)grid->stride : 0;
+  s->place  = grid->place;
+  s->stride = grid->places > 1 ? (PetscReal)grid->stride : 0;
   for (PetscInt d = 0; d < grid->stack; d++) s->stride *= (PetscReal)patch->n[d];
   MPMStageKind(dim, par, par->kinds, 0, MPM_BLOCK, s);
   for (int d = 0; d < dim; d++) {
@@ -95,7 +117,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
       }
       if (MPMBasisIsSpline(basis)) least[d] = MPMMin(least[d], xi), most[d] = MPMMax(most[d], xi);
     }
-    MPMWrite(&s->base[q], patch->grid->copies > 1 ? index + MPMRead(&s->copy[q]) : index);
+    MPMWrite(&s->base[q], patch->grid->places > 1 ? index + MPMRead(&s->copy[q]) : index);
   }
   for (int d = 0; d < dim && MPMBasisIsSpline(basis); d++)
     if (MPMAny((least[d] < axes[d].reach) | (axes[d].cells - most[d] < axes[d].reach))) wall = PETSC_TRUE;
@@ -109,13 +131,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   uint64_t ends = 0;
 
   MPMGather(dim, patch->grid->total ? patch->particles.X : patch->particles.x, o, s->x);
-  for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
-    const PetscInt kind = patch->particles.kind[o->particle[l]];
-
-    if (kind == s->kind[l]) continue; /* the lane has what this kind has from the block before */
-    s->kind[l] = kind;
-    MPMStageKind(dim, par, par->kinds + kind, l, l + 1, s);
-  }
+  if (par->nkinds > 1) MPMStageKinds(dim, par, patch, o, s);
   if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (patch->basis == MPM_BASIS_##name) MPMStageWeights(dim, MPM_BASIS_##name, patch, o->lanes, s);

@@ -54,9 +54,20 @@ typedef struct {
   PetscBool held;
 } MPMContactColumn;
 
+/* Tiles of the grid on each axis, n; of each copy bits of those with particles, [copies][words] of 64 bits; and the box
+   around them: minus the lowest on each axis, the highest. */
+typedef struct {
+  PetscInt  n[3], words;
+  uint64_t *bits;
+  PetscInt (*box)[6];
+} MPMContactTiles;
+
 typedef struct {
   PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
   PetscInt          corrections; /* of afmpm in this step so far */
+  PetscInt          shared;      /* the copy of all bodies that no contact names, or -1 */
+  PetscBool         near;        /* are particles of two copies near each other? then `tiles` are those of all processes */
+  MPMContactTiles   tiles;
   MPMPair          *pair;        /* [npairs] */
   MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */
   MPMContactSite   *site;        /* [nsites] */

@@ -53,6 +53,9 @@ typedef struct {
   PetscErrorCode (*reduce)(MPMCore *, MPMStatus *);     /* merges the status of all: the only reduction of a step */
   /* Sends each particle to the process that owns its cell, and sorts them. anew: no cell is known yet. */
   PetscErrorCode (*settle)(MPMCore *, PetscBool anew);
+  /* Makes DMs and patch anew for other nodes of the grid, and sends each particle to the process that owns its new cell;
+     then particles have to be settled anew. */
+  PetscErrorCode (*renew)(MPMCore *);
   PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
   PetscBool by_workers;                           /* do other processes do the work on particles? */

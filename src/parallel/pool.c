@@ -107,7 +107,8 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
                            .dt    = par->dt,
                            .kick  = par->kick,
                            .flip  = par->flip,
-                           .push  = par->push};
+                           .push  = par->push,
+                           .places = core->grid.places};
   void       *at[MPM_NUM_FIELDS];
   size_t      answer, row;
   PetscMPIInt len;
@@ -121,6 +122,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   PetscCall(PetscArraycpy(job.own_n, c->own_n, 3));
   PetscCall(PetscArraycpy(job.tiles, all->tiles.n, 3));
   PetscCall(PetscArraycpy(job.first, c->first, 3));
+  PetscCall(PetscArraycpy(job.place, core->grid.place, MPM_MAX_COPIES));
   Arrays(&all->particles, at);
   if (c->n > slot->capacity) {
     slot->capacity = c->n * 5 / 4 + 64;
@@ -239,11 +241,39 @@ static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes the patches of the master's tiles. */
+static PetscErrorCode MakePatches(MPMCore *core, Pool *pool)
+{
+  const MPMPatch *all = &core->exchange.patch;
+  const PetscInt  tile = MPMTileEdge(core->basis), edge = core->exchange.pool_cells / tile;
+  PetscInt        n[3], total = 1;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) {
+    n[d] = (all->tiles.n[d] - all->tiles.below[d] + edge - 1) / edge;
+    total *= n[d];
+  }
+  PetscCall(PetscMalloc2(total, &pool->patches, total, &pool->queue));
+  for (PetscInt k = 0; k < total; k++) {
+    const PetscInt ijk[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
+    PoolPatch     *c      = &pool->patches[k];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      c->first[d]  = all->tiles.below[d] + ijk[d] * edge;
+      c->tiles[d]  = PetscMin(edge, all->tiles.n[d] - c->first[d]);
+      c->own_lo[d] = all->own_lo[d] + ijk[d] * edge * tile;
+      c->own_n[d]  = PetscMin(c->tiles[d] * tile, all->own_lo[d] + all->own_n[d] - c->own_lo[d]);
+    }
+  }
+  pool->npatches = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
 {
   MPMExchange *ex = &core->exchange;
   Pool        *pool;
-  PetscInt     n[3], total = 1, places, tile = MPMTileEdge(core->basis), edge = ex->pool_cells / tile;
+  PetscInt     places;
 
   PetscFunctionBeginUser;
   (void)h;
@@ -260,24 +290,8 @@ static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
   pool->inner = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? &MPMExchange_spatial
                                                                                            : &MPMExchange_serial;
   PetscCall(pool->inner->setup(core, NULL));
-  for (PetscInt d = 0; d < 3; d++) {
-    n[d] = (ex->patch.tiles.n[d] - ex->patch.tiles.below[d] + edge - 1) / edge;
-    total *= n[d];
-  }
-  PetscCall(PetscMalloc2(total, &pool->patches, total, &pool->queue));
-  for (PetscInt k = 0; k < total; k++) {
-    const PetscInt ijk[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
-    PoolPatch     *c      = &pool->patches[k];
-
-    for (PetscInt d = 0; d < 3; d++) {
-      c->first[d]  = ex->patch.tiles.below[d] + ijk[d] * edge;
-      c->tiles[d]  = PetscMin(edge, ex->patch.tiles.n[d] - c->first[d]);
-      c->own_lo[d] = ex->patch.own_lo[d] + ijk[d] * edge * tile;
-      c->own_n[d]  = PetscMin(c->tiles[d] * tile, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
-    }
-  }
-  pool->npatches = total;
-  places         = pool->size * MPM_JOBS_PER_WORKER;
+  PetscCall(MakePatches(core, pool));
+  places = pool->size * MPM_JOBS_PER_WORKER;
   PetscCall(PetscCalloc1(places, &pool->jobs));
   PetscCall(PetscMalloc1(places, &pool->received));
   for (PetscInt k = 0; k < places; k++) pool->received[k] = pool->jobs[k].sent = MPI_REQUEST_NULL;
@@ -339,6 +353,17 @@ static PetscErrorCode Settle_Pool(MPMCore *core, PetscBool anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Renew_Pool(MPMCore *core)
+{
+  Pool *pool = (Pool *)core->exchange.pool;
+
+  PetscFunctionBeginUser;
+  PetscCall(pool->inner->renew(core));
+  PetscCall(PetscFree2(pool->patches, pool->queue));
+  PetscCall(MakePatches(core, pool));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Finish_Pool(MPMCore *core)
 {
   Pool *pool = (Pool *)core->exchange.pool;
@@ -372,6 +397,7 @@ const MPMExchangeType MPMExchange_pool = {
     .nodes      = Nodes_Pool,
     .reduce     = Reduce_Pool,
     .settle     = Settle_Pool,
+    .renew      = Renew_Pool,
     .finish     = Finish_Pool,
     .by_workers = PETSC_TRUE,
     .serve      = Serve_Pool,

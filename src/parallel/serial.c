@@ -54,6 +54,15 @@ static PetscErrorCode Settle_Serial(MPMCore *core, PetscBool anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Renew_Serial(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMExchangeDestroyGrid(core));
+  PetscCall(MPMExchangeCreateGrid(core, NULL, NULL));
+  PetscCall(MPMTilesSetUp(&core->exchange.patch, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Finish_Serial(MPMCore *core)
 {
   PetscFunctionBeginUser;
@@ -68,5 +77,6 @@ const MPMExchangeType MPMExchange_serial = {
     .nodes  = Nodes_Serial,
     .reduce = Reduce_Serial,
     .settle = Settle_Serial,
+    .renew  = Renew_Serial,
     .finish = Finish_Serial,
 };

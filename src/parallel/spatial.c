@@ -301,10 +301,42 @@ PetscErrorCode MPMExchangeDistribute(MPMCore *core)
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   core->particles.nmovers = -1;
   core->particles.nkept   = core->particles.n;
+  if (core->exchange.direct) s->ranked = PETSC_FALSE; /* direct messages do not keep the ranks of the swarm */
   PetscCall(MPMMigrateList(core, s, &hops));
   left = s->nleavers;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT64, MPI_SUM, s->comm));
   PetscCall(left ? MPMMigrateSwarm(core, s) : MPMMigrateClear(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cuts the grid, which has other nodes now, for the particles as they are. Collective. */
+static PetscErrorCode Renew_Spatial(MPMCore *core)
+{
+  MPMExchange   *ex     = &core->exchange;
+  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMPartition   part   = {.costs = ex->partition.costs};
+  PetscMPIInt    size, rank;
+  MPMHistogram   h;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMHistogramAddView(&h, core, &view));
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(MPMHistogramFinish(&h));
+  if (!rank && size > 1) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &part));
+  if (size == 1) PetscCall(MPMPartitionWhole(&core->grid, &part)); /* the pool's master */
+  PetscCall(MPMHistogramDestroy(&h));
+  PetscCall(MPMPartitionShare(&part, s->comm));
+  PetscCall(MPMSpatialTearDown(core));
+  PetscCall(MPMPartitionDestroy(&ex->partition));
+  ex->partition = part;
+  PetscCall(MPMSpatialLayout(core));
+  PetscCall(MPMExchangeDistribute(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,6 +428,7 @@ const MPMExchangeType MPMExchange_spatial = {
     .nodes  = Nodes_Spatial,
     .reduce = Reduce_Spatial,
     .settle = Settle_Spatial,
+    .renew  = Renew_Spatial,
     .finish = Finish_Spatial,
     .cuts   = PETSC_TRUE,
     .share  = Share_Spatial,

@@ -205,6 +205,9 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     core->params.kick = job.kick;
     core->params.flip = job.flip;
     core->params.push = job.push;
+    core->grid.places = job.places;
+    PetscCall(PetscArraycpy(core->grid.place, job.place, MPM_MAX_COPIES));
+    MPMGridSetNodes(&core->grid, core->basis);
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);
     PetscCall(Unpack(core, phase, &job, memory.in + sizeof job, &memory));

@@ -7,9 +7,9 @@ const char *const MPMBasisNames[] = {
 #undef MPM_BASIS
 };
 
-#define TILES 4 /* nodes: copies begin with whole tiles and boxes of F-bar, so that each body has the same ones alone */
+#define TILES 4 /* nodes: places begin with whole tiles and boxes of F-bar, so that each body has the same ones alone */
 
-/* Sets layers and stored nodes of each axis from cells, periodic axes and basis. */
+/* Sets layers and stored nodes of each axis from cells, periodic axes, places and basis. */
 void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
 {
   for (PetscInt d = 0; d < 3; d++) {
@@ -17,8 +17,8 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
     grid->nodes[d] = d >= grid->dim ? 1 : grid->periodic[d] ? grid->cells[d] : grid->cells[d] + 1 + 2 * grid->layers[d];
   }
   if (grid->copies < 2) return;
-  grid->stride             = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
-  grid->nodes[grid->stack] = grid->copies * grid->stride;
+  grid->stride = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
+  if (grid->places > 1) grid->nodes[grid->stack] = grid->places * grid->stride;
 }
 
 /* Returns the nodes in the arrays of a process that has the whole grid: with the layers beyond walls, and with ghost

@@ -11,12 +11,14 @@ extern const char *const MPMBasisNames[]; /* [MPMBasis] */
 /* Node ijk is at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie beyond each face; on
    a periodic axis node `cells` is node 0 again.
 
-   Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, one after the other along
-   axis `stack`, on which node i of copy c has the number i + c stride. Numbers of nodes and of cells are such ones, and
-   MPMGridFold finds the place of one; the DMDA, its cuts, tiles and messages know nothing of copies. */
+   Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, which have `places` one after
+   the other along axis `stack`, where node i of copy c has the number i + place[c] stride. Copies that are far from each
+   other share a place (step/contact_tiles.c), so there are as many places as are near each other. Numbers of nodes and of
+   cells are such ones, and MPMGridFold finds where one lies; the DMDA, its cuts, tiles and messages know nothing of copies. */
 typedef struct {
-  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and copies included */
+  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
   PetscInt     copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
+  PetscInt     places, place[MPM_MAX_COPIES];      /* places is 0 or 1 where all copies are at the same one */
   PetscReal    lower[3], upper[3], h[3];           /* m */
   PetscBool    periodic[3];
   PetscBool    round;         /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
@@ -24,24 +26,29 @@ typedef struct {
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 
-#define MPM_GRID_APART 4 /* nodes below node 0 that count to the same copy, for what looks beyond faces */
+#define MPM_GRID_APART 4 /* nodes below node 0 that count to the same place, for what looks beyond faces */
 
-/* Returns the copy that number i of a node on the stacked axis belongs to. */
-MPM_INLINE PetscInt MPMGridCopy(const MPMGrid *grid, PetscInt i)
+/* Returns the place of the copies that number i of a node on the stacked axis belongs to. */
+MPM_INLINE PetscInt MPMGridPlace(const MPMGrid *grid, PetscInt i)
 {
-  return grid->copies > 1 ? (i + MPM_GRID_APART) / grid->stride : 0;
+  return grid->places > 1 ? (i + MPM_GRID_APART) / grid->stride : 0;
 }
 
-/* Returns the number on axis d of the node of a copy that has the number 0 in the first one. */
+/* Returns the number on axis d of the node 0 of a place; of a copy. */
+MPM_INLINE PetscInt MPMGridFirstOf(const MPMGrid *grid, PetscInt d, PetscInt place)
+{
+  return place && d == grid->stack ? place * grid->stride : 0;
+}
+
 MPM_INLINE PetscInt MPMGridFirst(const MPMGrid *grid, PetscInt d, PetscInt copy)
 {
-  return copy && d == grid->stack ? copy * grid->stride : 0;
+  return MPMGridFirstOf(grid, d, grid->place[copy]);
 }
 
-/* Returns the place on axis d of a node with the number i there. */
+/* Returns where on axis d of the grid a node with the number i there is. */
 MPM_INLINE PetscInt MPMGridFold(const MPMGrid *grid, PetscInt d, PetscInt i)
 {
-  return grid->copies > 1 && d == grid->stack ? i - MPMGridCopy(grid, i) * grid->stride : i;
+  return d == grid->stack ? i - MPMGridPlace(grid, i) * grid->stride : i;
 }
 
 void      MPMGridSetNodes(MPMGrid *, MPMBasis);    /* sets layers and nodes from the other members */

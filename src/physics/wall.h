@@ -83,12 +83,12 @@ MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
   return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the number of the nodes of a face with normal `axis`, those of all copies, and which of them node ijk [dim] of
-   the grid lies over: those beyond the edges of the face count to the edges. Across a periodic axis the last is the first
-   one again. */
-MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
+/* Returns the number of the nodes of a face with normal `axis`, those of all places of copies, or the largest there can be of
+   these; and which of them node ijk [dim] of the grid lies over: those beyond the edges of the face count to the edges.
+   Across a periodic axis the last is the first one again. */
+MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis, PetscBool most)
 {
-  PetscInt n = PetscMax(1, grid->copies);
+  PetscInt n = PetscMax(1, most ? grid->copies : grid->places);
 
   for (PetscInt d = 0; d < grid->dim; d++) n *= d == axis ? 1 : grid->cells[d] + !grid->periodic[d];
   return n;
@@ -96,7 +96,7 @@ MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
 
 MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
 {
-  PetscInt at = MPMGridCopy(grid, ijk[grid->stack]);
+  PetscInt at = MPMGridPlace(grid, ijk[grid->stack]);
 
   for (PetscInt d = grid->dim - 1; d >= 0; d--) {
     const PetscInt cells = grid->cells[d], i = MPMGridFold(grid, d, ijk[d]);

@@ -23,7 +23,7 @@ static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *gro
   return from;
 }
 
-/* The nodes of a copy that this process owns between the walls: their rows, and for each its number in the patch's arrays,
+/* The nodes of a place of copies that this process owns between the walls: their rows, and for each its number in the patch's arrays,
    or -1 where no particle touches it. */
 typedef struct {
   PetscInt n, *node;
@@ -31,7 +31,7 @@ typedef struct {
 } CopyRows;
 
 /* Finds them. Collective on the exchange. */
-static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRows *c)
+static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt place, CopyRows *c)
 {
   const MPMGrid  *grid  = &core->grid;
   const MPMPatch *patch = &core->exchange.patch;
@@ -41,7 +41,7 @@ static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRow
   PetscFunctionBeginUser;
   MPMNodesBetween(grid, extent);
   for (PetscInt d = 0; d < 3; d++) {
-    from[d] = patch->own_lo[d] - MPMGridFirst(grid, d, copy);
+    from[d] = patch->own_lo[d] - MPMGridFirstOf(grid, d, place);
     lo[d]   = PetscMax(from[d], 0);
     n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
     from[d] += patch->lo[d] - patch->own_lo[d];
@@ -64,12 +64,12 @@ static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRow
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the numbers of a group of nodes, of copy after copy, to the rows sorted [components]; those of its motion are means by
-   mass where there are several copies, and mass has what it is so far. Collective on the exchange. */
+/* Adds the numbers of a group of nodes, of place after place, to the rows sorted [components]; those of its motion are means
+   by mass where several have mass, which is as far as it has come. Collective on the exchange. */
 static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
 {
   const MPMPatch *patch   = &core->exchange.patch;
-  const PetscInt  ncopies = PetscMax(1, core->grid.copies), wide = g->components(3), n = copies->rows.n;
+  const PetscInt  ncopies = PetscMax(1, core->grid.places), wide = g->components(3), n = copies->rows.n;
   const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *all, *part, *mass;
 
@@ -83,25 +83,30 @@ static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const Copy
 
       all[(wide + 1) * q + wide] = mean && c->node[q] < 0 ? 0 : m;
       for (PetscInt k = 0; k < g->components(core->grid.dim) && c->node[q] >= 0; k++)
-        all[(wide + 1) * q + k] = m * NumbersOf(patch, g, c->node[q])[k];
+        all[(wide + 1) * q + k] = NumbersOf(patch, g, c->node[q])[k];
     }
     PetscCall(MPMExchangeCloseNodes(core));
     PetscCall(MPMRowsSend(&c->rows, wide + 1, all, part));
     for (PetscInt q = 0; q < n; q++) {
-      for (PetscInt k = 0; k < wide; k++) sorted[wide * q + k] += part[(wide + 1) * q + k];
-      mass[q] += part[(wide + 1) * q + wide];
+      const PetscReal m = part[(wide + 1) * q + wide], before = mass[q];
+
+      mass[q] += m;
+      for (PetscInt k = 0; k < wide; k++) {
+        const PetscReal now = part[(wide + 1) * q + k];
+
+        if (!mean) sorted[wide * q + k] += now;
+        if (mean && m > 0) sorted[wide * q + k] = before > 0 ? (before * sorted[wide * q + k] + m * now) / mass[q] : now;
+      }
     }
     PetscCall(PetscFree(all));
   }
-  for (PetscInt q = 0; q < n && mean; q++)
-    for (PetscInt k = 0; k < wide && mass[q] > 0; k++) sorted[wide * q + k] /= mass[q];
   PetscCall(PetscFree2(part, mass));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMNodesWrite(MPMCore *core, MPMFile *file, PetscInt *set)
 {
-  const PetscInt ncopies = PetscMax(1, core->grid.copies);
+  const PetscInt ncopies = PetscMax(1, core->grid.places);
   CopyRows       copies[MPM_MAX_COPIES];
 
   PetscFunctionBeginUser;

@@ -384,8 +384,11 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
     core->grid.wall_basis[d] = core->grid.periodic[d]     ? MPM_WALL_BASIS_NONE
                                : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN
                                                           : MPM_WALL_BASIS_EXTRAP;
+  core->grid.places = core->grid.copies; /* as many as there may be; they begin at one place (MPMContactsSettle) */
   MPMGridSetNodes(&core->grid, core->basis);
   CheckNodes(core, o);
+  core->grid.places = 1;
+  MPMGridSetNodes(&core->grid, core->basis);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -194,6 +194,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
                                       : MPMSceneAddParticles(&mpm->scene, core));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+    PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
     PetscCall(MPMStepBound(core));

@@ -114,6 +114,7 @@ static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, 
     if (!named[b] && shared < 0) shared = grid->copies++;
     scene->bodies[b].copy = named[b] ? grid->copies++ : shared;
   }
+  c->shared = shared;
   if (grid->copies > MPM_MAX_COPIES)
     MPMOptionsFail(o,
                    "-contact%s: %" PetscInt_FMT

@@ -32,6 +32,8 @@ PetscErrorCode MPMContactsDestroy(MPMCore *core)
   PetscCall(PetscFree(c->site));
   PetscCall(PetscFree(c->part));
   PetscCall(PetscFree(c->column));
+  PetscCall(PetscFree(c->tiles.bits));
+  PetscCall(PetscFree(c->tiles.box));
   PetscCall(PetscFree(core->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -383,28 +385,33 @@ static int Compare(const MPMContactSite *site, PetscInt copy, const PetscInt ijk
   return 0;
 }
 
-void MPMContactsGave(const MPMCore *core, const PetscInt ijk[], PetscReal dv[])
+/* Returns the site at the node ijk [3] of a copy if it has mass, or NULL. */
+static const MPMContactSite *FindSite(const MPMContacts *c, PetscInt copy, const PetscInt ijk[])
 {
-  const MPMGrid     *grid = &core->grid;
-  const MPMContacts *c    = core->contacts;
-  const PetscInt     copy = MPMGridCopy(grid, ijk[grid->stack]);
-  PetscInt           lo = 0, hi = c->nsites, at[3] = {0};
+  PetscInt lo = 0, hi = c->nsites;
 
-  for (PetscInt d = 0; d < grid->dim; d++) {
-    at[d] = MPMGridFold(grid, d, ijk[d]);
-    dv[d] = 0;
-  }
   while (hi - lo > 0) {
     const PetscInt middle = (lo + hi) / 2;
-    const int      order  = Compare(&c->site[middle], copy, at);
 
-    if (order < 0)
+    if (Compare(&c->site[middle], copy, ijk) < 0)
       lo = middle + 1;
     else
       hi = middle;
   }
-  if (lo == c->nsites || Compare(&c->site[lo], copy, at) || !(c->site[lo].m > 0)) return;
-  for (PetscInt d = 0; d < grid->dim; d++) dv[d] = c->site[lo].v[d] - c->site[lo].was[d];
+  return lo < c->nsites && !Compare(&c->site[lo], copy, ijk) && c->site[lo].m > 0 ? &c->site[lo] : NULL;
+}
+
+void MPMContactsGave(const MPMCore *core, const PetscInt ijk[], PetscReal dv[])
+{
+  const MPMGrid        *grid  = &core->grid;
+  const PetscInt        place = MPMGridPlace(grid, ijk[grid->stack]);
+  const MPMContactSite *site  = NULL;
+  PetscInt              at[3] = {0};
+
+  for (PetscInt d = 0; d < grid->dim; d++) at[d] = MPMGridFold(grid, d, ijk[d]);
+  for (PetscInt copy = 0; copy < PetscMax(1, grid->copies) && !site; copy++) /* of one place, one has mass there */
+    if (grid->place[copy] == place) site = FindSite(core->contacts, copy, at);
+  for (PetscInt d = 0; d < grid->dim; d++) dv[d] = site ? site->v[d] - site->was[d] : 0;
 }
 
 PetscBool MPMContactsPush(const MPMCore *core, const PetscInt ijk[], PetscReal e[])

@@ -109,7 +109,7 @@ static void Beside(const MPMGrid *grid, const MPMRigid *rigid, MPMContactNode *q
 }
 
 /* Lets a particle tell the nodes of contact of its stencil its part of the weights, and where its matter ends. */
-static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
+static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p, uint64_t mixed)
 {
   const MPMCore  *core  = s->core;
   const MPMGrid  *grid  = &core->grid;
@@ -121,6 +121,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
   Stencil         t;
 
   PetscFunctionBeginUser;
+  if (!mixed) PetscFunctionReturn(PETSC_SUCCESS);
   SetStencil(s, p, &t);
   units = -MPMKindOf(core->params.kinds, &s->view, p)->V0 / UNIT * MPMMatterDeformation(core, &s->view, p, F);
   MPMMatterSetEnd(core, &s->view, p, F, &matter);
@@ -141,6 +142,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     PetscInt        ijk[3], k, main = 0; /* the axis that the normal is nearest to */
     MPMContactNode *q;
 
+    if (!IsAmong(&t, at, mixed)) continue;
     SetIjk(grid, &t, at, ijk);
     k = FindKey(s, KeyOf(grid, pair, ijk));
     if (k < 0) continue;
@@ -282,7 +284,6 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
   Search         s      = {.core = core, .c = core->contacts};
-  PetscBool      any    = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->params.nkinds; k++) {
@@ -302,28 +303,27 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;
   PetscCall(PetscFree(core->exchange.light.held));
+  if (!s.c->near && !core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));
-  PetscCall(MPMContactNear(&s, &any));
-  if (any) {
-    PetscCall(MPMContactNormals(&s));
-    PetscCall(MakeNodes(&s));
-    for (PetscInt pair = 0; pair < s.c->npairs; pair++)
-      for (int side = 0; side < 2 && !IsTied(&s.c->pair[pair]); side++)
-        PetscCall(MPMContactForParticles(&s, pair, side, Tell));
-    PetscCall(CollectEnds(&s));
-    PetscCall(WarnThin(&s));
-    PetscCall(MakeSites(&s));
-    PetscCall(MPMContactColumns(core));
-    if (core->params.light > 0) PetscCall(MarkTouching(&s));
-    PetscCall(PetscFree(s.key));
-    PetscCall(PetscFree(s.normal));
-    PetscCall(PetscFree(s.wanted));
-    PetscCall(PetscFree(s.first));
-    PetscCall(PetscFree(s.faces));
-    PetscCall(PetscFree(s.fit));
-  }
+  PetscCall(MPMContactNear(&s));
+  PetscCall(MPMContactNormals(&s));
+  PetscCall(MakeNodes(&s));
+  for (PetscInt pair = 0; pair < s.c->npairs; pair++)
+    for (int side = 0; side < 2 && !IsTied(&s.c->pair[pair]); side++)
+      PetscCall(MPMContactForParticles(&s, pair, side, Tell));
+  PetscCall(CollectEnds(&s));
+  PetscCall(WarnThin(&s));
+  PetscCall(MakeSites(&s));
+  PetscCall(MPMContactColumns(core));
+  if (core->params.light > 0) PetscCall(MarkTouching(&s));
+  PetscCall(PetscFree(s.key));
+  PetscCall(PetscFree(s.normal));
+  PetscCall(PetscFree(s.wanted));
+  PetscCall(PetscFree(s.mixed));
+  PetscCall(PetscFree(s.first));
+  PetscCall(PetscFree(s.faces));
+  PetscCall(PetscFree(s.fit));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &s.view));
   PetscCall(PetscFree(s.cells));
-  PetscCall(PetscFree(s.tiles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

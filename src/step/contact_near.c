@@ -1,131 +1,25 @@
 /* contact_near.c - which particles may be near matter of another copy of the grid's nodes, or near rigid bodies. Tiles that
    have particles of one copy next to a tile that has particles of the other one are looked at, and no others, of these
-   cells near a cell with particles of the other: so bodies that do not meet cost a loop over tiles. */
+   cells near a cell with particles of the other: contact_tiles.c has found these tiles. */
 #include "step/contact_search.h"
 
-/* Sets at [3] to the place of an own tile among those of a copy, and returns the copy. */
+/* Returns the copy of the particles of an own tile, and sets at [3] to where it is: copies at the same place of the grid have
+   none in the same tile. */
 static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
 {
-  const MPMPatch *patch = &s->core->exchange.patch;
-  const MPMGrid  *grid  = patch->grid;
-  const MPMTiles *t     = &patch->tiles;
-  const PetscInt  edge  = MPMTileEdge(patch->basis),
-                 own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
-  PetscInt copy         = 0;
+  const MPMCore  *core = s->core;
+  const MPMTiles *t    = &core->exchange.patch.tiles;
+  const int       dim  = (int)core->grid.dim;
+  PetscInt        in   = 0;
 
-  for (PetscInt d = 0; d < 3; d++) {
-    at[d] = (patch->own_lo[d] + grid->layers[d]) / edge + own[d] - t->below[d];
-    if (d != grid->stack) continue;
-    copy = at[d] / s->n[d];
-    at[d] %= s->n[d];
+  MPMContactTilePlace(core, tile, at);
+  if (core->grid.copies < 2) return 0;
+  for (;; in++) {
+    const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + (tile % t->n[0] << t->bits);
+
+    if (cell[0] < cell[1 << t->bits])
+      return MPMKindOf(core->params.kinds, &s->view, core->particles.order[cell[0]])->copy;
   }
-  return copy;
-}
-
-static PetscBool HasTile(const Search *s, PetscInt copy, const PetscInt at[])
-{
-  const PetscInt bit = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
-
-  return s->tiles[copy * s->words + bit / 64] >> bit % 64 & 1 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* Returns whether a copy has particles in a tile or in one beside it. */
-static PetscBool IsNear(const Search *s, PetscInt copy, const PetscInt at[])
-{
-  const MPMGrid *grid = &s->core->grid;
-
-  for (PetscInt q = 0; q < 27; q++) {
-    const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 - 1};
-    PetscInt       to[3];
-    PetscBool      inside = PETSC_TRUE;
-
-    for (PetscInt d = 0; d < 3; d++) {
-      to[d] = at[d] + by[d];
-      if (grid->periodic[d]) to[d] = (to[d] + s->n[d]) % s->n[d];
-      if (to[d] < 0 || to[d] >= s->n[d]) inside = PETSC_FALSE;
-    }
-    if (inside && HasTile(s, copy, to)) return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
-}
-
-/* Returns the next one of the patch's own tiles that has particles after `tile`, or the first one after -1; or -1. */
-static PetscInt NextTile(const MPMTiles *t, PetscInt tile)
-{
-  PetscInt row = tile < 0 ? 0 : tile / t->n[0], i = tile < 0 ? t->below[0] : tile % t->n[0] + 1;
-
-  for (; row < t->n[1] * t->n[2]; row++, i = t->below[0]) {
-    if (row % t->n[1] < t->below[1] || row / t->n[1] < t->below[2]) continue;
-    for (i = PetscMax(i, t->used[row][0]); i < t->used[row][1]; i++)
-      if (t->slot[row * t->n[0] + i] != MPM_TILE_EMPTY) return row * t->n[0] + i;
-  }
-  return -1;
-}
-
-/* Returns whether the boxes around the tiles of two copies, or tiles beside them, have any in common. */
-static PetscBool BoxesMeet(const Search *s, const MPMPair *pair)
-{
-  if (pair->rigid) return PETSC_FALSE;
-  for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt *a = s->box[pair->a], *b = s->box[pair->b];
-
-    if (a[3 + d] < 0 || b[3 + d] < 0) return PETSC_FALSE; /* no particles */
-    if (!s->core->grid.periodic[d] && (a[3 + d] + 1 < -b[d] || b[3 + d] + 1 < -a[d])) return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
-}
-
-/* Finds the tiles that have particles, of all processes, and sets *any to whether bodies of a pair are near each other
-   somewhere. Collective on exchange.data. */
-static PetscErrorCode FindTiles(Search *s, PetscBool *any)
-{
-  const MPMGrid  *grid = &s->core->grid;
-  const MPMTiles *t    = &s->core->exchange.patch.tiles;
-  const PetscInt  edge = MPMTileEdge(s->core->basis);
-  PetscInt        all  = 1, at[3];
-  PetscBool       near = PETSC_FALSE;
-  PetscMPIInt     count;
-
-  PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3; d++) {
-    s->n[d] = ((d == grid->stack && grid->copies > 1 ? grid->stride : grid->nodes[d]) + edge - 1) / edge;
-    all *= s->n[d];
-  }
-  s->words = (all + 63) / 64;
-  *any     = PETSC_FALSE;
-  if (grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
-  for (PetscInt c = 0; c < grid->copies; c++)
-    for (PetscInt d = 0; d < 6; d++) s->box[c][d] = PETSC_MIN_INT;
-  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
-    PetscInt copy, bit;
-
-    copy = TilePlace(s, tile, at);
-    bit  = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
-    s->tiles[copy * s->words + bit / 64] |= (uint64_t)1 << bit % 64;
-    for (PetscInt d = 0; d < 3; d++) {
-      s->box[copy][d]     = PetscMax(s->box[copy][d], -at[d]);
-      s->box[copy][3 + d] = PetscMax(s->box[copy][3 + d], at[d]);
-    }
-  }
-  PetscCall(PetscMPIIntCast(6 * grid->copies, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->box, count, MPIU_INT, MPI_MAX, s->core->exchange.data));
-  for (PetscInt k = 0; k < s->c->npairs; k++) near = BoxesMeet(s, &s->c->pair[k]) ? PETSC_TRUE : near;
-  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
-  for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
-    for (PetscInt bit = 0; bit < all && !*any && BoxesMeet(s, &s->c->pair[k]); bit++) {
-      if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
-        bit |= 63;
-        continue;
-      }
-      at[0] = bit % s->n[0];
-      at[1] = bit / s->n[0] % s->n[1];
-      at[2] = bit / (s->n[0] * s->n[1]);
-      if (HasTile(s, s->c->pair[k].a, at) && IsNear(s, s->c->pair[k].b, at)) *any = PETSC_TRUE;
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds the cells that have particles: a bit for each of a tile, which has 64 at most. Collective on exchange.data. */
@@ -134,17 +28,17 @@ static PetscErrorCode FindCells(Search *s)
   const MPMGrid  *grid = &s->core->grid;
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const int       dim  = (int)grid->dim;
-  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, all = s->n[0] * s->n[1] * s->n[2];
+  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, *n = s->c->tiles.n, all = n[0] * n[1] * n[2];
   PetscMPIInt     count;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
-  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
+  for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
     PetscInt  at[3], copy;
     uint64_t *cells;
 
     copy  = TilePlace(s, tile, at);
-    cells = s->cells + copy * all + (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
+    cells = s->cells + copy * all + (at[2] * n[1] + at[1]) * n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
@@ -157,37 +51,89 @@ static PetscErrorCode FindCells(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a copy has particles in a cell so near to one of a tile at place `at` [3], cell number `in` of it, that
-   both touch the same nodes or the next ones. */
-static PetscBool IsCellNear(const Search *s, PetscInt copy, const PetscInt at[], PetscInt in)
+/* Cells of a tile and of those around it that matter to them, on an axis. */
+#define MOST_AROUND (4 + 2 * MPM_MAX_STENCIL)
+
+/* What there is of another copy around a tile, in rows along x, whose cells are bits: cells so near to one with particles of
+   it that both touch the same nodes or the next ones; and nodes that its particles touch. First come `reach` cells below
+   the tile, on each axis of the grid. */
+typedef struct {
+  PetscInt reach[3];
+  uint32_t near[MOST_AROUND][MOST_AROUND], touched[MOST_AROUND][MOST_AROUND];
+} Around;
+
+/* Adds to each of n rows, which are `step` apart, those up to `before` rows before it and `after` behind it. */
+static void Spread(PetscInt n, PetscInt step, PetscInt before, PetscInt after, uint32_t rows[])
 {
-  const MPMGrid *grid = &s->core->grid;
-  const PetscInt bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits, reach = MPMBasisNodes(s->core->basis);
-  PetscInt       lo[3] = {0}, hi[3] = {0}, to[3];
+  uint32_t one[MOST_AROUND];
 
-  for (PetscInt d = 0; d < grid->dim; d++) {
-    const PetscInt cell = at[d] * edge + (in >> bits * d & (edge - 1));
+  for (PetscInt i = 0; i < n; i++) one[i] = rows[i * step];
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt q = PetscMax(0, i - before); q <= PetscMin(n - 1, i + after); q++) rows[i * step] |= one[q];
+}
 
-    lo[d] = cell - reach;
-    hi[d] = cell + reach;
+/* Does so along all axes. */
+static void SpreadAll(const PetscInt n[], const PetscInt before[], const PetscInt after[],
+                      uint32_t rows[MOST_AROUND][MOST_AROUND])
+{
+  for (PetscInt k = 0; k < n[2]; k++)
+    for (PetscInt j = 0; j < n[1]; j++) {
+      const uint32_t one = rows[k][j];
+
+      for (PetscInt q = 1; q <= before[0]; q++) rows[k][j] |= one << q;
+      for (PetscInt q = 1; q <= after[0]; q++) rows[k][j] |= one >> q;
+    }
+  for (PetscInt k = 0; k < n[2]; k++) Spread(n[1], 1, before[1], after[1], rows[k]);
+  for (PetscInt j = 0; j < n[1]; j++) Spread(n[2], MOST_AROUND, before[2], after[2], rows[0] + j);
+}
+
+/* Finds that for the tile at place `at` [3]. */
+static void LookAround(const Search *s, PetscInt copy, const PetscInt at[], Around *r)
+{
+  const MPMGrid  *grid = &s->core->grid;
+  const PetscInt *tiles = s->c->tiles.n, bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits;
+  const uint64_t *cells   = s->cells + copy * tiles[0] * tiles[1] * tiles[2];
+  const PetscInt  zero[3] = {0, 0, 0};
+  PetscInt        n[3], tile[3][MOST_AROUND], bit[3][MOST_AROUND], reach[3], i[3];
+
+  for (PetscInt d = 0, stride = 1; d < 3; stride *= tiles[d++]) {
+    r->reach[d] = d < grid->dim ? MPMBasisNodes(s->core->basis) : 0;
+    reach[d]    = d < grid->dim ? r->reach[d] - 1 : 0; /* of a stencil, beyond its first node */
+    n[d]        = d < grid->dim ? edge + 2 * r->reach[d] : 1;
+    for (PetscInt k = 0; k < n[d]; k++) {
+      PetscInt cell = d < grid->dim ? at[d] * edge + k - r->reach[d] : 0;
+
+      if (grid->periodic[d]) cell = (cell + grid->cells[d]) % grid->cells[d];
+      tile[d][k] = cell < 0 || cell >= tiles[d] * edge ? -1 : (cell >> bits) * stride;
+      bit[d][k]  = (cell & (edge - 1)) << bits * d;
+    }
   }
-  for (to[2] = lo[2]; to[2] <= hi[2]; to[2]++)
-    for (to[1] = lo[1]; to[1] <= hi[1]; to[1]++)
-      for (to[0] = lo[0]; to[0] <= hi[0]; to[0]++) {
-        PetscInt  tile = 0, bit = 0;
-        PetscBool inside = PETSC_TRUE;
+  memset(r->near, 0, sizeof r->near);
+  for (i[2] = 0; i[2] < n[2]; i[2]++)
+    for (i[1] = 0; i[1] < n[1]; i[1]++)
+      for (i[0] = 0; i[0] < n[0]; i[0]++)
+        if (tile[0][i[0]] >= 0 && tile[1][i[1]] >= 0 && tile[2][i[2]] >= 0 &&
+            cells[tile[0][i[0]] + tile[1][i[1]] + tile[2][i[2]]] >> (bit[0][i[0]] + bit[1][i[1]] + bit[2][i[2]]) & 1)
+          r->near[i[2]][i[1]] |= (uint32_t)1 << i[0];
+  memcpy(r->touched, r->near, sizeof r->touched);
+  SpreadAll(n, r->reach, r->reach, r->near);
+  SpreadAll(n, reach, zero, r->touched);
+}
 
-        for (PetscInt d = 2; d >= 0; d--) {
-          PetscInt cell = to[d];
+/* Returns whether cell `in` of the tile is near matter of the other copy, and sets the nodes of its stencil (bits) that this
+   touches too. */
+static PetscBool IsCellNear(const Search *s, const Around *r, PetscInt in, uint64_t *mixed)
+{
+  const PetscInt bits = s->core->exchange.patch.tiles.bits, nodes = MPMBasisNodes(s->core->basis);
+  const int      dim   = (int)s->core->grid.dim;
+  PetscInt       at[3] = {0};
 
-          if (grid->periodic[d]) cell = (cell + grid->cells[d]) % grid->cells[d];
-          if (cell < 0 || cell >= s->n[d] * edge) inside = PETSC_FALSE;
-          tile = tile * s->n[d] + (cell >> bits);
-          if (d < grid->dim) bit = (bit << bits) + (cell & (edge - 1));
-        }
-        if (inside && s->cells[copy * s->n[0] * s->n[1] * s->n[2] + tile] >> bit & 1) return PETSC_TRUE;
-      }
-  return PETSC_FALSE;
+  for (int d = 0; d < dim; d++) at[d] = r->reach[d] + (in >> bits * d & ((1 << bits) - 1));
+  *mixed = 0;
+  for (PetscInt k = 0; k < (dim > 2 ? nodes : 1); k++)
+    for (PetscInt j = 0; j < (dim > 1 ? nodes : 1); j++)
+      *mixed |= (uint64_t)(r->touched[at[2] + k][at[1] + j] >> at[0] & ((1u << nodes) - 1)) << (k * nodes + j) * nodes;
+  return r->near[at[2]][at[1]] >> at[0] & 1 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Makes room for n more particles in the list. */
@@ -197,6 +143,7 @@ static PetscErrorCode MakeRoom(Search *s, PetscInt n)
   if (s->nwanted + n <= s->most) PetscFunctionReturn(PETSC_SUCCESS);
   s->most = 2 * (s->nwanted + n);
   PetscCall(PetscRealloc((size_t)s->most * sizeof *s->wanted, &s->wanted));
+  PetscCall(PetscRealloc((size_t)s->most * sizeof *s->mixed, &s->mixed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -237,7 +184,7 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
   const MPMRigid *rigid = s->c->pair[pair].rigid;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
+  for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
     PetscInt at[3];
 
     if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
@@ -246,8 +193,10 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
 
       PetscCall(MakeRoom(s, cell[edge] - cell[0]));
       for (PetscInt q = cell[0]; q < cell[edge]; q++)
-        if (IsParticleNear(s, rigid, s->core->particles.order[q]))
+        if (IsParticleNear(s, rigid, s->core->particles.order[q])) {
+          s->mixed[s->nwanted]    = ~(uint64_t)0;
           s->wanted[s->nwanted++] = s->core->particles.order[q];
+        }
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -261,21 +210,25 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
   const PetscInt  own  = side ? s->c->pair[pair].b : s->c->pair[pair].a,
                  other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
+  Around          around;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
+  for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
     PetscInt at[3];
 
-    if (TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
+    if (TilePlace(s, tile, at) != own || !MPMContactIsNear(s->core, other, at, 1)) continue;
+    LookAround(s, other, at, &around);
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
       for (PetscInt i = 0; i < edge; i++) {
         const PetscInt n = cell[i + 1] - cell[i];
+        uint64_t       mixed;
 
-        if (!n || !IsCellNear(s, other, at, in * edge + i)) continue;
+        if (!n || !IsCellNear(s, &around, in * edge + i, &mixed)) continue;
         PetscCall(MakeRoom(s, n));
         PetscCall(PetscArraycpy(s->wanted + s->nwanted, s->core->particles.order + cell[i], n));
+        for (PetscInt q = 0; q < n; q++) s->mixed[s->nwanted + q] = mixed;
         s->nwanted += n;
       }
     }
@@ -284,40 +237,35 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
 }
 
 /* Lists those of all pairs. */
-static PetscErrorCode ListAll(Search *s, PetscBool any)
+static PetscErrorCode ListAll(Search *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * s->c->npairs + 1, &s->first));
   for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
     s->first[k] = s->nwanted;
     if (s->c->pair[k / 2].rigid && k % 2) PetscCall(ListNearRigid(s, k / 2));
-    if (!s->c->pair[k / 2].rigid && any) PetscCall(ListParticles(s, k / 2, k % 2));
+    if (!s->c->pair[k / 2].rigid && s->c->near) PetscCall(ListParticles(s, k / 2, k % 2));
   }
   s->first[2 * s->c->npairs] = s->nwanted;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls act for each particle of one side of a pair that is near matter of the other one. */
-PetscErrorCode MPMContactForParticles(Search *s, PetscInt pair, int side,
-                                      PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+/* Calls act for each particle of one side of a pair that is near matter of the other one; mixed: the nodes of its stencil, as
+   bits in their sequence, that may have matter of the other side too. */
+PetscErrorCode MPMContactForParticles(Search *s, PetscInt pair, int side, MPMContactAct act)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = s->first[2 * pair + side]; k < s->first[2 * pair + side + 1]; k++)
-    PetscCall(act(s, pair, side, s->wanted[k]));
+    PetscCall(act(s, pair, side, s->wanted[k], s->mixed[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMContactNear(Search *s, PetscBool *any)
+PetscErrorCode MPMContactNear(Search *s)
 {
-  PetscBool meet = PETSC_FALSE;
-
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     s->reach = PetscMax(s->reach, (0.5 * MPMBasisNodes(s->core->basis) + 1) * s->core->grid.h[d]);
-  PetscCall(FindTiles(s, &meet));
-  *any = meet || s->core->rigids.n ? PETSC_TRUE : PETSC_FALSE;
-  if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
-  if (meet) PetscCall(FindCells(s));
-  PetscCall(ListAll(s, meet));
+  if (s->c->near) PetscCall(FindCells(s));
+  PetscCall(ListAll(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

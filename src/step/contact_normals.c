@@ -15,29 +15,29 @@
   1 /* cells: nodes that are farther out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
 #define BAND 0.6 /* cells: how much farther than a stencil's reach the nodes of columns are from a rigid body */
 
-/* Adds a particle to the sums of its nodes. */
-static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p)
+/* Adds a particle to the sums of its nodes; those that only one side touches get no normal, and need no moments. */
+static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p, uint64_t mixed)
 {
   const MPMPatch *patch = &s->core->exchange.patch;
   const MPMGrid  *grid  = patch->grid;
   const PetscInt  copy  = side ? s->c->pair[pair].b : s->c->pair[pair].a;
-  PetscInt        at[3];
+  PetscInt        at[3], first = 0;
   Stencil         t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
+  for (PetscInt d = 2; d >= 0; d--) {
+    first = first * patch->n[d] + (d < grid->dim ? t.base[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
+    for (PetscInt i = 0; i < t.n[d] && d >= grid->dim; i++) t.w[d][i] = 1;
+  }
   FOR_STENCIL(&t, at)
   {
-    PetscReal units = 1 / UNIT, xi[3] = {0};
-    PetscInt  i = 0, k = 4;
-    Fit      *fit;
+    const PetscInt  i     = first + (at[2] * patch->n[1] + at[1]) * patch->n[0] + at[0];
+    const PetscReal units = 1 / UNIT * t.w[0][at[0]] * t.w[1][at[1]] * t.w[2][at[2]];
+    PetscReal       xi[3] = {0};
+    PetscInt        k     = 4;
+    Fit            *fit;
 
-    for (PetscInt d = 2; d >= 0; d--)
-      i = i * patch->n[d] + (d < grid->dim ? t.base[d] + at[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
-    for (PetscInt d = 0; d < grid->dim; d++) {
-      units *= t.w[d][at[d]];
-      xi[d] = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
-    }
     if (!(units > 0)) continue;
     if (!s->map[i]) {
       if (s->nfits == s->room) {
@@ -53,6 +53,8 @@ static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p)
     fit = &s->fit[s->map[i] - 1];
     fit->sum[0] += (PetscInt64)units;
     fit->sum[10] += side ? (PetscInt64)units : -(PetscInt64)units;
+    if (!IsAmong(&t, at, mixed)) continue;
+    for (PetscInt d = 0; d < grid->dim; d++) xi[d] = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
     for (PetscInt d = 0; d < 3; d++) {
       const PetscInt64 one = (PetscInt64)(units * xi[d]);
 
@@ -191,7 +193,7 @@ static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, co
 
 /* Lets a particle at the surface of a body that keeps its shape tell the nodes of its stencil the normal of that, as far as
    there is matter of the other side ahead. */
-static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
+static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p, uint64_t mixed)
 {
   const MPMCore   *core = s->core;
   const int        dim  = (int)core->grid.dim;
@@ -201,7 +203,7 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
   Stencil          t;
 
   PetscFunctionBeginUser;
-  if (!MPMMaterialKeepsShape(&core->params.materials[MPMKindOf(core->params.kinds, &s->view, p)->material]))
+  if (!mixed || !MPMMaterialKeepsShape(&core->params.materials[MPMKindOf(core->params.kinds, &s->view, p)->material]))
     PetscFunctionReturn(PETSC_SUCCESS);
   (void)MPMMatterDeformation(core, &s->view, p, F);
   MPMCofactor(dim, F, cofactor);
@@ -223,6 +225,7 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
     PetscInt    ijk[3], k;
     PetscInt64 *to;
 
+    if (!IsAmong(&t, at, mixed)) continue;
     SetIjk(&core->grid, &t, at, ijk);
     k = FindKey(s, KeyOf(&core->grid, pair, ijk));
     if (k < 0) continue;

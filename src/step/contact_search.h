@@ -32,18 +32,15 @@ typedef struct {
   PetscInt   at;
 } Key;
 
-/* What a search has: tiles of the grid on each axis; bits of those with particles, copy after copy; the records of nodes so
-   far, and for each node of the patch its record, from 1 on. */
+/* What a search has: the records of nodes so far, and for each node of the patch its record, from 1 on. */
 typedef struct {
   MPMCore     *core;
   MPMContacts *c;
   MPMView      view;
   PetscReal    reach;                  /* m: what is nearer to a rigid body is looked at */
-  PetscInt     n[3], words;            /* words: of 64 bits for a copy */
-  uint64_t    *tiles;                  /* [copies][words] */
-  PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
   uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
+  uint64_t    *mixed;                         /* [nwanted] the nodes of their stencils that the other side may touch too */
   Fit         *fit;
   PetscInt     nfits, room, *map;
   Key         *key;                  /* [nkeys] of nodes, each where its number is mapped to or behind it; at -1: none */
@@ -87,6 +84,12 @@ MPM_INLINE void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[
     ijk[d] = d < grid->dim ? t->base[d] + at[d] : 0;
     if (grid->periodic[d]) ijk[d] = (ijk[d] + grid->cells[d]) % grid->cells[d];
   }
+}
+
+/* Returns whether node at [3] of a stencil is among some of its nodes (bits). */
+MPM_INLINE PetscBool IsAmong(const Stencil *t, const PetscInt at[], uint64_t some)
+{
+  return some >> ((at[2] * t->n[1] + at[1]) * t->n[0] + at[0]) & 1 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 #define FOR_STENCIL(t, at)                                                                                             \
@@ -135,12 +138,19 @@ MPM_INLINE PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Set at [3] to where an own tile is among those of the grid; return the next one of the patch's own tiles that has particles
+   after `tile`, or the first one after -1, or -1; return whether a copy has particles in a tile at most `by` tiles from `at`
+   (contact_tiles.c). Not collective. */
+void      MPMContactTilePlace(const MPMCore *, PetscInt tile, PetscInt at[]);
+PetscInt  MPMContactNextTile(const MPMTiles *, PetscInt tile);
+PetscBool MPMContactIsNear(const MPMCore *, PetscInt copy, const PetscInt at[], PetscInt by);
+
 /* Find which particles are near matter of another copy, or near rigid bodies (contact_near.c); call a function for those of one
    side, 0: a, 1: b, of a pair; find the records `fit` of nodes and the normals there (contact_normals.c); make parts and
    columns of the nodes (contact_columns.c). All but the second are collective on exchange.data. */
-PetscErrorCode MPMContactNear(Search *, PetscBool *any);
-PetscErrorCode MPMContactForParticles(Search *, PetscInt pair, int side,
-                                      PetscErrorCode (*)(Search *, PetscInt pair, int side, PetscInt p));
+PetscErrorCode MPMContactNear(Search *);
+typedef PetscErrorCode (*MPMContactAct)(Search *, PetscInt pair, int side, PetscInt p, uint64_t mixed);
+PetscErrorCode MPMContactForParticles(Search *, PetscInt pair, int side, MPMContactAct);
 PetscErrorCode MPMContactNormals(Search *);
 PetscErrorCode MPMContactColumns(MPMCore *);
 

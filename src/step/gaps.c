@@ -20,7 +20,7 @@ PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
   PetscCall(PetscNew(&g));
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     g->first[k] = g->n;
-    if (MPMWallWaits(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2);
+    if (MPMWallWaits(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2, PETSC_TRUE);
   }
   if (!g->n) {
     PetscCall(PetscFree(g));
@@ -143,7 +143,7 @@ static void SetLeast(const MPMCore *core, PetscInt k)
   PetscReal      *least = core->gaps->least + core->gaps->first[k];
   const PetscReal dt    = core->params.dt;
 
-  for (PetscInt i = 0; i < MPMFaceNodes(grid, k / 2); i++) {
+  for (PetscInt i = 0; i < MPMFaceNodes(grid, k / 2, PETSC_FALSE); i++) {
     PetscInt  ijk[3] = {0}, rest_of = i;
     PetscReal own, room;
 
@@ -153,7 +153,7 @@ static void SetLeast(const MPMCore *core, PetscInt k)
       ijk[d] = rest_of % n;
       rest_of /= n;
     }
-    ijk[grid->stack] += MPMGridFirst(grid, grid->stack, rest_of);
+    ijk[grid->stack] += MPMGridFirstOf(grid, grid->stack, rest_of);
     own      = Nearby(core, k, ijk, gap);
     room     = PetscMax(0, moves ? own : PetscMin(own, rest[i]));
     least[i] = dt > 0 && room < PETSC_INFINITY ? -room / dt : room > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */

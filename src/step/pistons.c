@@ -29,7 +29,7 @@ PetscErrorCode MPMPistonsCreate(MPMCore *core)
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
     if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston) {
       any  = 1;
-      most = PetscMax(most, MPMFaceNodes(&core->grid, k / 2));
+      most = PetscMax(most, MPMFaceNodes(&core->grid, k / 2, PETSC_TRUE));
     }
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&core->pistons));
@@ -278,7 +278,7 @@ PetscErrorCode MPMPistonsAfter(MPMCore *core, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
-    const PetscInt columns = MPMFaceNodes(&core->grid, k / 2), numbers = 2 * MPM_MAX_STENCIL * columns;
+    const PetscInt columns = MPMFaceNodes(&core->grid, k / 2, PETSC_FALSE), numbers = 2 * MPM_MAX_STENCIL * columns;
     PetscMPIInt    count;
 
     if (core->params.walls->given[k / 2][k % 2].type != MPM_WALL_piston) continue;

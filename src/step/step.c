@@ -109,6 +109,7 @@ PetscErrorCode MPMStepSettle(MPMCore *core)
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_SETTLE));
   PetscCall(core->exchange.type->settle(core, PETSC_FALSE));
+  if (core->status.moved) PetscCall(MPMContactsSettle(core));
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_SETTLE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -79,8 +79,11 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *);
 PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 
 /* Contact (contact_find.c, contact.c), in core->contacts, if there is any: where bodies may meet at the present positions in
-   the step core->params.dt, and what they do to the nodes after a phase of these; both are collective on exchange.data. */
+   the step core->params.dt, and what they do to the nodes after a phase of these. MPMContactsSettle is for settled particles
+   whose cells are new: it finds which copies of the nodes are near each other, gives them their places, and settles the
+   particles once more where these change. All are collective on exchange.data. */
 PetscErrorCode MPMContactsDestroy(MPMCore *);
+PetscErrorCode MPMContactsSettle(MPMCore *);
 PetscErrorCode MPMContactsFind(MPMCore *);
 PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
 
