@@ -125,7 +125,8 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (!any && mpm->preset->scenes == MPM_SCENES_elastic)
-    PetscCall(MPMPrint(&mpm->core.print, "           %s; a collision loses %s\n", names[of].expect,
+    PetscCall(MPMPrint(&mpm->core.print, "           %s; %s%s\n", names[of].expect,
+                       mpm->preset->total ? "" : "a collision loses ",
                        mpm->core.contacts ? names[of].contact : names[of].collision));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -37,7 +37,7 @@ def measure(program, out, problem, n, turns, rows):
             folder = run.folder_of(out, problem, method, n)
             words = [*problems.options(problem, n, 2, folder), *options.split(), "-report_phases", "true"]
             done, whole = run.processor_time(program, folder, words)
-            seconds = float(done.find(r"^  all +(\S+)") or "inf")
+            seconds = float(done.find(r"^  all +\S+ +\S+ +\S+ +(\S+)") or "inf") * int(done.find(r"^done +(\d+) steps"))
             if seconds > 0.3:
                 seconds = min(seconds, whole - run.processor_time(program, folder, [*words, "-time_max_steps", "0"])[1])
             if method not in found or seconds < float(found[method]["seconds"]):
