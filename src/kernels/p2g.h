@@ -178,7 +178,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&r, 0, sizeof r);
-  memset(&b, 0, sizeof b);
+  if (forces) memset(&b, 0, sizeof b);
   if (kept) MPMOpenKept(dim, patch, parts, pass);
   while (runs < end) {
     const PetscInt row = runs->row;

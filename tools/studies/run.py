@@ -203,7 +203,7 @@ def cost(arguments, methods):
                 told[name] = run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle")
                 best[name] = min(best.get(name, float("inf")), (whole - start) / steps / int(told[name][0]) * 1e9)
         for name, m in wanted.items():
-            old[str(dim), name] = dict(zip(COST, [dim, name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
+            old[str(dim), name] = dict(zip(COST, [str(dim), name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
             print(f"{dim}-D {name:20} {best[name]:6.1f} ns, {best[name] / best[REFERENCE]:.3f} of {REFERENCE}", flush=True)
         write(path, COST, sorted(old.values(), key=lambda row: (row["dim"], row["method"])))
 
