@@ -69,7 +69,7 @@ def check_text(scene, gallery):
     name = name_of(scene)
     with open(scene) as file:
         text = file.read()
-    missing = [f"-method_{option}" for option in ("basis", "update", "transfer") if not re.search(rf"^-method_{option} ", text, re.M)]
+    missing = [f"-method_{option}" for option in ("basis", "update", "transfer") if not re.search(rf"^-method_({option}|preset) ", text, re.M)]
     wanted = ["# Look at: ", f"#   ./pebble -options_file options/{name}.opts\n", f"#   .venv/bin/python tools/plot.py output/{name}.h5"]
     missing += [words for words in wanted if words not in text]
     missing += [words for words in (f"[{name}](#{name})", f"## {name}\n", f"(scene-{name}.png)") if words not in gallery]

@@ -5,7 +5,7 @@ the total frame was begun (BEFORE), into docs/data/solid.csv; and the table that
     solid.py                      what is missing; --again: all;  --problems bar mms: these alone
 
 The time of the steps is the least of several turns, in which the methods run one after the other: of a run the time of its
-phases, or if they take longer than 0.3 s its processor time less that of a run of no step, if that is less, so that other work
+phases, or if they take longer than 0.1 s its processor time less that of a run of no step, if that is less, so that other work
 on the machine counts little.
 
 At equal time. The error of `solid` at the time that BEFORE takes on a grid is read from its own errors over time, by straight
@@ -26,7 +26,7 @@ from problems import PROBLEMS  # noqa: E402
 METHODS = {"before": "-method_preset balanced -method_rim whole -dt_cfl 0.4", "solid": "-method_preset solid"}
 GRIDS = {"bar": [8, 16, 32, 64, 128], "barx": [16, 32, 64, 128, 256, 512], "column": [16, 32, 64, 128, 256], "mms": [8, 16, 32, 64, 128], "shear": [8, 16, 32, 64, 128],
          "cantilever": [2, 4, 8, 16], "ring": [24, 48, 96, 192], "vortex": [30, 60, 120, 240]}
-SHORT, SHORT_TURNS = 0.1, 15  # s: runs that take less have more turns
+SHORT, SHORT_TURNS = 0.5, 12  # s: runs that take less have more turns
 WANTED = {"ring": 0.5, "vortex": 0.5}  # the share of the error that is wanted, of the others a quarter
 COLUMNS = ["problem", "n", "method", "options", "error", "steps", "particles", "seconds"]
 
@@ -41,7 +41,7 @@ def measure(program, out, problem, n, turns, rows):
             words = [*problems.options(problem, n, 2, folder), *options.split(), "-report_phases", "true"]
             done, whole = run.processor_time(program, folder, words)
             seconds = float(done.find(r"^  all +\S+ +\S+ +\S+ +(\S+)") or "inf") * int(done.find(r"^done +(\d+) steps"))
-            if seconds > 0.3:
+            if seconds > 0.1:
                 seconds = min(seconds, whole - run.processor_time(program, zero, [*words, "-time_max_steps", "0"])[1])
             if method not in found or seconds < float(found[method]["seconds"]):
                 error = PROBLEMS[problem].error(done) if done.status == 0 else math.nan
