@@ -9,7 +9,7 @@ phases, or if they take longer than 0.1 s its processor time less that of a run 
 on the machine counts little.
 
 At equal time. The error of `solid` at the time that BEFORE takes on a grid is read from its own errors over time, by straight
-lines between grids in logarithms; beyond its finest grid it is that of the finest grid, and marked so by the table.
+lines between grids in logarithms; beyond its ladder it is that of the nearest grid, and marked so by the table.
 """
 import argparse
 import math
