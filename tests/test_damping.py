@@ -102,7 +102,7 @@ def check_presets():
     """The line `preset` names the options that make the same run; options beside a preset count."""
     base = plain("ring", "-grid_cells 24,24")
     digests = {}
-    for preset in ("fast", "balanced", "accurate", "energy"):
+    for preset in ("fast", "balanced", "accurate", "energy", "solid"):
         run = check.must(*base, "-method_preset", preset)
         line = run.find(rf"^preset +{preset}: (-.*)$")
         again = check.must(*base, *line.split())
@@ -111,7 +111,7 @@ def check_presets():
         check.that(not re.search("^warning", run.out, re.M), f"preset {preset}: no warning")
         pool = check.must(*base, "-method_preset", preset, "-parallel_strategy", "pool", n=3)
         check.that(pool.digest == run.digest, f"preset {preset}: the same bits with the pool on 3")
-    check.that(check.must(*base).digest == digests["balanced"] and len(set(digests.values())) == 4, "the default is balanced, and the presets differ")
+    check.that(check.must(*base).digest == digests["balanced"] and len(set(digests.values())) == 5, "the default is balanced, and the presets differ")
     run = check.must(*base, "-method_preset", "accurate", "-method_basis", "bspline2", "-dt_cfl", "0.3")
     check.that(re.search(r"^preset +accurate: -method_basis bspline2 .*-dt_cfl 0.3$", run.out, re.M), "options beside a preset count")
     # remedies that a method of one's own does not have are in the line

@@ -226,6 +226,7 @@ REFUSED = [
     ),
     (["trade", "--transfer", "flip:most"], "--transfer flip:most: no number stands after the colon"),
     (["trade", "--ppc", "2,2.5"], "--ppc 2,2.5: the numbers must be whole"),
+    (["stability", "-method_preset", "solid"], "stability does not apply to a scene in the total frame"),
     (["trade", "--ppc", "65"], "--ppc 65: choose a list of numbers > 0, at most 64"),
     (["trade", "--cfl", "0.2", "-dt_size", "1e-3"], "--cfl does not apply: -dt_size is fixed"),
     (["trade", "--coarser", "4"], "--coarser 4: the 8 cells on axis x are no multiple of 16"),

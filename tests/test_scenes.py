@@ -23,7 +23,7 @@ EXPECTED = ("bar barx cantilever column dambreak dambreak3d dambreak_block disks
             "gate granular_column hertz hopper impact martin_moyce mms pressure ring roll shear slope stl_drop taylor taylor3d taylor_axi vortex wedge").split()
 PARTICLE_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
-ERRORS = {"barx": 2.6e-5, "elastic_column": 0.0016, "mms": 0.0053, "ring": 0.0015, "shear": 1.3e-4, "vortex": 0.0053}
+ERRORS = {"barx": 2.6e-5, "elastic_column": 8e-5, "mms": 0.0053, "ring": 0.0015, "shear": 1.3e-4, "vortex": 0.0053}
 # Of the part lanes: scene, what is different from its file, most steps.
 LANES = [
     ("bar", "", 100),
@@ -31,11 +31,13 @@ LANES = [
     ("column", "", 100),
     ("shear", "-method_basis bspline2 -method_update musl -method_transfer flip", 50),
     ("cantilever", "", 50),
+    ("cantilever", "-method_preset solid", 50),
     ("mms", "-method_update musl -method_transfer flip", 50),
     ("dambreak", "-method_basis bspline3 -method_update usl -method_transfer apic", 50),
     ("dambreak3d", "-method_basis bspline3 -method_transfer xpic -method_order 3", 10),
     ("disks3d", "-method_basis gimp -method_update usl -body_ball1_velocity 0.3*z,0.1,x*y", 10),
     ("taylor", "", 20),
+    ("taylor", "-method_preset solid", 20),
     ("taylor3d", "", 10),
     ("taylor_axi", "", 20),
     ("drop", "-method_basis bspline2 -method_update usl -method_transfer apic", 50),
@@ -67,7 +69,7 @@ def check_text(scene, gallery):
     name = name_of(scene)
     with open(scene) as file:
         text = file.read()
-    missing = [f"-method_{option}" for option in ("basis", "update", "transfer") if not re.search(rf"^-method_{option} ", text, re.M)]
+    missing = [f"-method_{option}" for option in ("basis", "update", "transfer") if not re.search(rf"^-method_({option}|preset) ", text, re.M)]
     wanted = ["# Look at: ", f"#   ./pebble -options_file options/{name}.opts\n", f"#   .venv/bin/python tools/plot.py output/{name}.h5"]
     missing += [words for words in wanted if words not in text]
     missing += [words for words in (f"[{name}](#{name})", f"## {name}\n", f"(scene-{name}.png)") if words not in gallery]

@@ -15,11 +15,13 @@ static void Product(int dim, const PetscReal *A, const PetscReal *B, PetscReal *
 
 static void TestDim(int dim)
 {
-  static MPMBlock b;
+  static MPMBlock      b;
+  static PetscInt      ahead[MPM_WIDTH];
+  static MPMBlockOrder one = {.n = 1, .lanes = 1, .ahead = ahead};
 
   for (int n = 0; n < 200; n++) {
     PetscReal F[9], A[9], Q[9], back[9], S[9], P[9], transposed[9], lcg[6], squares[3], axes[3][3],
-        least = PETSC_MAX_REAL;
+        least = PETSC_MAX_REAL, bar;
     MPMComponent c2;
 
     for (int k = 0; k < dim * dim; k++) {
@@ -31,14 +33,15 @@ static void TestDim(int dim)
     if (!(MPMDet(dim, F) > 0.05)) continue;
     MPMQuotient(dim, A, F, Q);
     Product(dim, Q, F, back);
-    MPMPiola(dim, &b, 0, P);
+    bar = n % 2 ? UnitReal(0.5, 2) : 1; /* that of F-bar, in every other case */
+    MPMPiola(dim, &(MPMView){.F = F, .bar = n % 2 ? &bar : NULL}, &one, &b, 0, P);
     for (int d = 0; d < dim; d++)
-      for (int e = 0; e < dim; e++) transposed[d * dim + e] = F[e * dim + d];
+      for (int e = 0; e < dim; e++) transposed[d * dim + e] = bar * F[e * dim + d];
     Product(dim, P, transposed, Q);
     UnitContext("dim %d, case %d", dim, n);
     for (int k = 0; k < dim * dim; k++) {
       CHECK_LE(PetscAbsReal(back[k] - A[k]), 1e-12); /* (A F^-1) F */
-      CHECK_LE(PetscAbsReal(Q[k] - S[k]), 1e-12);    /* P F^T */
+      CHECK_LE(PetscAbsReal(Q[k] - S[k]), 1e-12);    /* P F^T, with the F of the motion */
     }
     c2[0] = 3;
     MPMReferenceSpeed2(dim, &b, 0, 1, c2);

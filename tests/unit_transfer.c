@@ -142,6 +142,8 @@ static MPMView View(State *s, PetscInt fields, const MPMParams *par)
 #include "physics/fields.def"
 #undef MPM_FIELD
   if (par->nkinds == 1) view.kind = NULL; /* fields that the scene has not */
+  if (!core.grid.round) view.F33 = NULL;
+  if (!core.needs.barred) view.bar = NULL;
   if (!core.needs.affine) view.C = NULL;
   if (!core.needs.stretched) view.l = NULL;
   if (!core.needs.residual) view.r = NULL;

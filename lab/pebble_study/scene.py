@@ -25,7 +25,7 @@ WRONG = (
     r"^warning +\S+ with \S+ and \S+ ((?:is unstable where particles cross cells|stops all motion in|was wrong by).*)$"
 )
 KERNELS = re.compile(
-    r"^kernels +(\S+)(?: (stretch|steffen))? / (\S+) / (\w+)(?: ([\d.e+-]+))?(?: strain (\S+))?(?: damping rate (\S+))?"
+    r"^kernels +(\S+)(?: (stretch|steffen))? / (\S+) / (\w+)(?: mass order (\d))?(?: ([\d.e+-]+))?(?: strain (\S+))?(?: damping rate (\S+))?"
     r"(?: viscosity (\S+) m\^2/s)? / ",
     re.M,
 )
@@ -87,16 +87,17 @@ class Facts:
         ]
         self.counts = [int(n) for n in result.find(r"^scene .* particles \((\S+)\)").split("+")]
         self.particles = sum(self.counts)
-        self.basis, form, self.update, self.transfer, number, *rest = KERNELS.search(result.out).groups()
+        self.basis, form, self.update, self.transfer, mass, number, *rest = KERNELS.search(result.out).groups()
         self.stretched = form == "stretch"
         self.strain, self.rate, self.viscosity = (float(text) if text else None for text in rest)
         flips, orders = self.transfer in ("flip", "aflip"), self.transfer in ("xpic", "afmpm")
         self.flip = (float(number) if number else 1.0) if flips else None
-        self.order = int(number) if orders else None
+        self.order = int(number) if orders else int(mass) if mass else None  # mass: in the total frame
+        self.total = mass is not None
         self.fixed = float(options["dt_size"]) if options.get("dt_size", "auto") != "auto" else 0.0
         preset = result.find(r"^preset .* -dt_cfl (\S+)")
         self.cfl = float(
-            options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/\(c\+\|v\|\)") or "nan"
+            options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/(?:\(c\+\|v\|\)|c$)") or "nan"
         )
         self.memory = 1e6 * result.number(r"^fields .* B/node: (\S+) MB")
         self.predicted = result.number(r"^  all +\S+ +(\S+)")

@@ -188,6 +188,11 @@ class Method:
 class Stability:
     def __init__(self, study):
         self.study, words, facts = study, study.words, study.facts
+        if facts.total:
+            raise scene.Refused(
+                "stability does not apply to a scene in the total frame: its bounds do not depend on the motion, and stand in"
+                " docs/method.md"
+            )
         self.steps, self.dim = words.steps, facts.dim
         self.ppc = scene.per_cell(study.options, facts, study.processes)[0][0]
         own = {

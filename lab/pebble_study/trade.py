@@ -26,7 +26,7 @@ COLUMNS = (
     "seconds_min,seconds_max,ns,memory,error,status,front,repeats,key,note"
 ).split(",")
 # -method_*: they belong to one method, and would be refused with another.
-OF_ONE = ("flip", "order", "gimp_update", "affine_strain", "damping_rate")
+OF_ONE = ("flip", "order", "gimp_update", "affine_strain", "damping_rate", "frame", "mass_order")
 DEFAULTS = {"update": "usl,musl", "transfer": "flip,apic,aflip"}
 
 
@@ -52,6 +52,8 @@ class Setting:
             basis, under, gimp = self.basis.partition("_")
             transfer, _, number = self.word.partition(":")
             options = options | cleared
+            if options.get("method_preset") == "solid":  # it has no update and no transfer
+                options["method_preset"] = None
             options |= {"method_basis": basis, "method_update": self.update, "method_transfer": transfer}
             if not basis.startswith("bspline"):
                 options["method_wall_basis"] = None
@@ -453,6 +455,8 @@ class Trade:
                 else {"method_flip": f"{there['flip']:g}"}
             )
         words["method_order"] = f"{there['order']:.0f}" if "order" in there else None
+        if row["update"] == "leapfrog":  # of the total frame
+            words = {"method_preset": "solid", "method_basis": row["basis"], "method_mass_order": words["method_order"]}
         cells = [int(n) for n in row["cells"].split("x")]
         if "grid_h" in self.study.options:
             words["grid_h"] = ",".join(

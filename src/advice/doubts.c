@@ -160,9 +160,9 @@ static PetscErrorCode WarnLocking(const MPMCore *core, const MPMScene *scene)
     if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks)) continue;
     PetscCall(MPMWarn(
         &core->print,
-        "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or %s-method_locking fbar",
+        "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or -method_locking fbar",
         m->name, (double)m->nu, MPMBasisNames[core->basis], spline ? "too stiff on coarse grids" : "far too stiff",
-        spline ? "" : "bspline2 and ", core->grid.total ? "-method_frame updated with " : ""));
+        spline ? "" : "bspline2 and "));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

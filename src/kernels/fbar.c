@@ -1,6 +1,7 @@
-/* fbar.c - F-bar: sums over boxes of cells, and what particles take from them. fbar.h has the overview. Like the transfers
-   it is compiled once for each number of lanes. */
+/* fbar.c - F-bar: sums over boxes of cells, and what particles take from them. fbar.h has the overview. Like the
+   transfers it is compiled once for each number of lanes. */
 #include "kernels/fbar.h"
+#include "kernels/total.h"
 
 /* --- Boxes -------------------------------------------------------------------------------------------------------- */
 
@@ -50,10 +51,12 @@ MPM_INLINE void Means(int dim, const MPMParams *par, const MPMPatch *patch, cons
   for (PetscInt l = o->n; l < o->lanes; l++) mean[l] = mean[o->n - 1];
 }
 
-/* Computes the volume ratios J of a block's particles from the state b. */
-MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder *o, const MPMStencils *s,
-                             const MPMBlock *b, MPMComponent J)
+/* Computes the volume ratios J of a block's particles from the state b, in the total frame those of the motion. */
+MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                             const MPMStencils *s, const MPMBlock *b, MPMComponent J)
 {
+  const PetscReal *bars = patch->particles.bar;
+
   MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind)
   for (PetscInt l = first - first % MPM_WIDTH; l < next; l += MPM_WIDTH) {
     MPMReal F[9], ratio = MPMAll(1);
@@ -64,6 +67,12 @@ MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder 
     else if (m->state & MPM_BIT(J))
       ratio = MPMRead(&b->J[0][l]);
     MPMWritePart(J + l, ratio, first - l, next - l);
+  }
+  for (PetscInt l = 0; l < o->lanes && bars; l += MPM_WIDTH) {
+    MPMReal bar;
+
+    MPMLoad(1, bars, o, l, &bar);
+    MPMWrite(J + l, MPMRead(J + l) * (dim == 2 ? bar * bar : bar * bar * bar));
   }
 }
 
@@ -100,10 +109,11 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
     MPMStage(dim, par, patch, &o, &s);
     gradients(&o, &s, patch->n, patch->motion, vr, L);
     if (round) MPMRoundGradient(&o, &s, vr[0], L);
+    if (patch->grid->total) MPMRatesTotal(dim, par, patch, &o, L);
     if (patch->particles.F) MPMGather(dim * dim, patch->particles.F, &o, b.F);
     if (patch->particles.F33) MPMGather(1, patch->particles.F33, &o, b.F33);
     if (patch->particles.J) MPMGather(1, patch->particles.J, &o, b.J);
-    VolumeRatios(dim, par, &o, &s, &b, V);
+    VolumeRatios(dim, par, patch, &o, &s, &b, V);
     for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
       const MPMReal now = MPMRead(&s.V0[l]) * MPMRead(V + l);
       MPMReal       G[9];
@@ -116,8 +126,8 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
   }
 }
 
-/* MPMShareGrowth for one dim. If the mean or the own determinant is not positive, I + dt L becomes 0, which the check of
-   J finds. */
+/* MPMShareGrowth for one dim. If the mean or the own determinant is not positive, I + dt L becomes 0, in the total
+   frame F is infinite, which the check of J finds. */
 MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                             const MPMStencils *s, MPMComponent *L)
 {
@@ -140,6 +150,13 @@ MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, cons
       less = less / (1.0 + root + root * root);
     }
     less = MPMSelect((ratio > 0.0) & (1.0 + own > 0.0), less, MPMAll(-1));
+    if (patch->particles.bar) {
+      MPMReal bar;
+
+      MPMLoad(1, patch->particles.bar, o, l, &bar);
+      bar = bar / (1.0 + less);
+      MPMStore(1, &bar, o, l, l, l + MPM_WIDTH, patch->particles.bar);
+    }
     if (round) MPMWrite(&L[4][l], (1.0 + less) * G[4] + less / par->dt);
     for (int k = 0; k < dim * dim; k++)
       MPMWrite(&L[k][l], (1.0 + less) * G[k] + (k % (dim + 1) ? MPMAll(0) : less / par->dt));
@@ -173,7 +190,7 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
     MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS, &o, &s, &b);
     MPM_FOR_MATERIALS(m, first, next, par, o.lanes, s.kind)
     if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[MPMLawForm(m, dim)](m, first, next, &b);
-    VolumeRatios(dim, par, &o, &s, &b, V);
+    VolumeRatios(dim, par, patch, &o, &s, &b, V);
     for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
       const MPMReal V0 = MPMRead(&s.V0[l]);
 
@@ -192,7 +209,7 @@ MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, co
   MPMComponent mean, J;
 
   Means(dim, par, patch, o, s, mean);
-  VolumeRatios(dim, par, o, s, b, J);
+  VolumeRatios(dim, par, patch, o, s, b, J);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     const MPMReal change = par->lock_share * (MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, round, b, l));
 

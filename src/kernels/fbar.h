@@ -6,7 +6,8 @@
    does the same work. A box has 1, 2 or 4 cells on an axis, where a cell is named by its base node, and lies within one
    tile: so no box is cut between processes. Its particles are added in the sequence of the order, which is the same
    however the grid is cut. patch->boxes has the sums, which are 0 before a phase: for each box and material the volume
-   of the particles, and that volume times what is averaged. */
+   of the particles, and that volume times what is averaged. In the total frame the volumes are those of the motion,
+   whose gradient is F times the field bar; all else is the same. */
 #ifndef MPM_FBAR_H
 #define MPM_FBAR_H
 

@@ -189,7 +189,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][gradients];
   MPMBlockOrder       o;
   MPMFound            found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), MPMNone(), 0};
-  MPMComponent        value[6], L[9], r[3];
+  MPMComponent        value[6], L[9], grad[9], r[3];
   MPMComponent *const vn = value, *const an = value + dim; /* sum phi v', sum phi a */
   MPMStencils s;
   MPMBlock    b;
@@ -212,7 +212,13 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     if (parts & MPM_G2P_TOTAL) {
       state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
-      MPMDeformTotal(dim, par, patch, state, &o, &s, value, L, &b, &found.v2, &found.bad);
+      if (parts & MPM_G2P_FBAR || state & MPM_BIT(tau)) {
+        memcpy(grad, L, sizeof grad);
+        MPMRatesTotal(dim, par, patch, &o, L);
+      }
+      if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
+      MPMDeformTotal(dim, patch, &o, &s, value, parts & MPM_G2P_FBAR || state & MPM_BIT(tau) ? grad : L, &b, &found.v2,
+                     &found.bad);
       MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }

@@ -67,7 +67,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMLoad(dim * dim, patch->particles.S, o, l, less);
         for (int k = 0; k < dim * dim; k++) S[k] -= less[k];
       }
-      if (parts & MPM_P2G_TOTAL) MPMPiola(dim, b, l, S);
+      if (parts & MPM_P2G_TOTAL) MPMPiola(dim, &patch->particles, o, b, l, S);
       for (int e = dim == 2 ? 1 : 0; e < dim; e++) { /* in 2-D once */
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
@@ -178,7 +178,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&r, 0, sizeof r);
-  memset(&b, 0, sizeof b);
+  if (forces) memset(&b, 0, sizeof b);
   if (kept) MPMOpenKept(dim, patch, parts, pass);
   while (runs < end) {
     const PetscInt row = runs->row;

@@ -1,6 +1,6 @@
-/* total.h - what the transfers do otherwise in the total frame, whose weights are those of the reference positions X: the
-   forces are those of the first Piola-Kirchhoff stress, and waves have their speed in the reference state. docs/method.md
-   has the equations (The total frame). */
+/* total.h - what the transfers do otherwise in the total frame, whose weights are those of the reference positions X:
+   the forces are those of the first Piola-Kirchhoff stress, and waves have their speed in the reference state.
+   docs/method.md has the equations (The total frame). */
 #ifndef MPM_TOTAL_H
 #define MPM_TOTAL_H
 
@@ -35,13 +35,26 @@ MPM_INLINE void MPMQuotient(int dim, const MPMReal *A, const MPMReal *B, MPMReal
     }
 }
 
-/* Turns S [dim*dim], Pa, of a vector of particles from lane l on, from a Kirchhoff stress into the first Piola-Kirchhoff
-   stress S F^-T. */
-MPM_INLINE void MPMPiola(int dim, const MPMBlock *b, PetscInt l, MPMReal *S)
+/* Reads F [dim*dim] of a vector of particles from lane l on; times the factor of F-bar, if there is one. */
+MPM_INLINE void MPMMotionGradient(int dim, const MPMView *particles, const MPMBlockOrder *o, PetscInt l, MPMReal *F)
+{
+  MPMReal bar;
+
+  MPMLoad(dim * dim, particles->F, o, l, F);
+  if (!particles->bar) return;
+  MPMLoad(1, particles->bar, o, l, &bar);
+  for (int k = 0; k < dim * dim; k++) F[k] = bar * F[k];
+}
+
+/* Turns S [dim*dim], Pa, of a vector of particles from lane l on, from a Kirchhoff stress into the first
+   Piola-Kirchhoff stress S F^-T, with the gradient of the motion. */
+MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder *o, const MPMBlock *b, PetscInt l,
+                         MPMReal *S)
 {
   MPMReal F[9], back[9], P[9];
 
-  for (int k = 0; k < dim * dim; k++) F[k] = MPMRead(&b->F[k][l]);
+  if (particles->bar) MPMMotionGradient(dim, particles, o, l, F);
+  for (int k = 0; k < dim * dim && !particles->bar; k++) F[k] = MPMRead(&b->F[k][l]);
   MPMInverse(dim, F, back);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {
@@ -75,21 +88,36 @@ MPM_INLINE void MPMReferenceSpeed2(int dim, const MPMBlock *b, PetscInt from, Pe
   }
 }
 
-/* Sets a block's F = I + grad u, positions X + u and velocities from value (u, then v, [2 dim]) and L (grad u [dim*dim], 1)
-   of the total frame. If a law of the block, whose fields are `state` (bits), has a history, L becomes the velocity gradient
-   in 1/s that leads from the old F to the new one. v2 becomes the largest squared velocity so far, bad the lanes whose J is
-   not a positive number. */
-MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt state,
-                               const MPMBlockOrder *o, const MPMStencils *s, const MPMComponent *value, MPMComponent *L,
-                               MPMBlock *b, MPMReal *v2, MPMMask *bad)
+/* Turns the gradients of the displacements of a block, grad u [dim*dim], 1, into the velocity gradients L, 1/s, that
+   lead from the old gradient of the motion to I + grad u. */
+MPM_INLINE void MPMRatesTotal(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                              MPMComponent *L)
 {
-  const MPMView  *particles = &patch->particles;
-  const PetscReal rate      = 1 / par->dt;
-  MPMMask         in        = MPMNot(MPMNone());
+  const PetscReal rate = 1 / par->dt;
+
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMReal F[9], was[9], G[9];
+
+    for (int k = 0; k < dim * dim; k++) F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
+    MPMMotionGradient(dim, &patch->particles, o, l, was);
+    MPMQuotient(dim, F, was, G);
+    for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
+  }
+}
+
+/* Sets a block's F = I + grad u, over the factor of F-bar if there is one, positions X + u and velocities from value
+   (u, then v, [2 dim]) and grad u [dim*dim], 1, of the total frame. v2 becomes the largest squared velocity so far, bad
+   the lanes whose J is not a positive number. */
+MPM_INLINE void MPMDeformTotal(int dim, const MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
+                               const MPMComponent *value, const MPMComponent *grad, MPMBlock *b, MPMReal *v2,
+                               MPMMask *bad)
+{
+  const MPMView *particles = &patch->particles;
+  MPMMask        in        = MPMNot(MPMNone());
 
   *bad = MPMNone();
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMReal x[3], v[3], F[9], was[9], G[9], J, own = MPMAll(0);
+    MPMReal x[3], v[3], F[9], J, bar = MPMAll(1), own = MPMAll(0);
 
     for (int d = 0; d < dim; d++) {
       x[d] = MPMRead(&s->x[d][l]) + MPMRead(&value[d][l]);
@@ -97,17 +125,14 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMParams *par, const MPMPatch *pa
       own  = own + v[d] * v[d];
       if (patch->grid->periodic[d]) in &= (x[d] >= patch->grid->lower[d]) & (x[d] < patch->grid->upper[d]);
     }
+    if (particles->bar) MPMLoad(1, particles->bar, o, l, &bar);
     for (int k = 0; k < dim * dim; k++) {
-      F[k] = MPMRead(&L[k][l]) + (PetscReal)(k % (dim + 1) == 0);
+      F[k] = MPMRead(&grad[k][l]) + (PetscReal)(k % (dim + 1) == 0);
+      if (particles->bar) F[k] = F[k] / bar;
       MPMWrite(&b->F[k][l], F[k]);
     }
     J = MPMDet(dim, F);
     *bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
-    if (state & MPM_BIT(tau)) {
-      MPMLoad(dim * dim, particles->F, o, l, was);
-      MPMQuotient(dim, F, was, G);
-      for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
-    }
     MPMStore(dim, x, o, l, l, l + MPM_WIDTH, particles->x);
     MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);
     MPMStore(dim * dim, F, o, l, l, l + MPM_WIDTH, particles->F);

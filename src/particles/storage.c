@@ -78,7 +78,8 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
 
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
     particles->needed[f]  = present[f];
-    particles->present[f] = present[f] || (needs->all && f != MPM_FIELD_INDEX_F33) ? PETSC_TRUE : PETSC_FALSE;
+    particles->present[f] = present[f];
+    if (needs->all && f != MPM_FIELD_INDEX_F33 && f != MPM_FIELD_INDEX_bar) particles->present[f] = PETSC_TRUE;
     particles->bytes[f]   = Components(f, particles->dim) * (PetscInt)size;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

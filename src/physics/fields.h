@@ -30,6 +30,7 @@ typedef struct {
   PetscBool loaded;    /* there are loads on surfaces */
   PetscBool chosen;    /* there are loads on volumes */
   PetscBool rim;       /* there are walls that only push */
+  PetscBool barred;    /* F-bar in the total frame */
   PetscBool start;     /* the position at the start is needed */
   PetscBool all;       /* every field is present, needed or not (-method_carry all) */
 } MPMNeeds;

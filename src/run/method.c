@@ -16,7 +16,6 @@
 static const struct {
   const char *name, *neutral, *why;
 } updated[] = {
-    {"method_preset", NULL, "presets are methods of the updated frame"},
     {"method_update", NULL, "a step is one of leapfrog"},
     {"method_transfer", NULL, "no velocity is mapped between particles and nodes"},
     {"method_flip", NULL, "no velocity is mapped between particles and nodes"},
@@ -27,16 +26,14 @@ static const struct {
     {"method_gimp_update", "none", "the domains of particles are those of the start"},
     {"method_light_nodes", "0", "weights do not change, and light nodes do no harm"},
     {"method_carry", "needed", "it is for the updated frame"},
-    {"method_locking", "none", "fbar is for the updated frame"},
-    {"method_lock_cells", NULL, "fbar is for the updated frame"},
-    {"method_lock_share", NULL, "fbar is for the updated frame"},
     {"initial_stress", "none", "particles are undeformed at the start"},
     {"check_parting", NULL, "its bodies cannot come apart"},
     {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
     {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
 
-/* Removes an option that the method of a file has, and adds it to mpm->aside. */
-static PetscErrorCode PutAside(MPM mpm, const char name[])
+/* Removes an option of a file if another one, `by`, that it does not go with was given on the command line, and adds it
+   to mpm->aside. */
+PetscErrorCode MPMMethodPutAside(MPM mpm, const char name[], const char by[])
 {
   const size_t n = strlen(mpm->aside);
   char         full[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
@@ -45,29 +42,28 @@ static PetscErrorCode PutAside(MPM mpm, const char name[])
   PetscFunctionBeginUser;
   (void)snprintf(full, sizeof full, "-%s", name);
   PetscCall(PetscOptionsGetString(NULL, NULL, full, value, sizeof value, &given));
-  if (!given || !MPMOptionsOverridden(name, "method_frame")) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!given || !MPMOptionsOverridden(name, by)) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(mpm->aside + n, sizeof mpm->aside - n, "%s%s %s", n ? " " : "", full, value);
   PetscCall(PetscOptionsClearValue(NULL, full));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* If only the frame is given on the command line, the method that a file has for the updated frame stands aside, so that
-   the file of any scene serves both. It is removed here, so that the results of the run do not have it either. */
-PetscErrorCode MPMFrameSetFromOptions(MPM mpm, MPMOptions o)
+/* If only the total frame or a preset of it is given on the command line, the method that a file has for the updated
+   frame stands aside, so that the file of any scene serves both. It is removed here, so that the results of the run do
+   not have it either. */
+PetscErrorCode MPMFrameSetFromOptions(MPM mpm)
 {
-  char frame[MPM_NAME_LEN];
+  const char *const by[]   = {"method_frame", "method_preset"};
+  const char *const more[] = {"method_damping_rate", "method_basis", "dt_cfl"};
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, NULL));
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  mpm->core.grid.total = (PetscBool)(!strcmp(frame, "total"));
   if (!mpm->core.grid.total) PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
-    if (!strncmp(updated[k].name, "method_", 7)) PetscCall(PutAside(mpm, updated[k].name));
-  if (!mpm->aside[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PutAside(mpm, "method_damping_rate"));
-  PetscCall(PutAside(mpm, "method_basis"));
-  PetscCall(PutAside(mpm, "dt_cfl"));
+  for (size_t j = 0; j < sizeof by / sizeof by[0]; j++) {
+    for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
+      if (!strncmp(updated[k].name, "method_", 7)) PetscCall(MPMMethodPutAside(mpm, updated[k].name, by[j]));
+    for (size_t k = 0; k < sizeof more / sizeof more[0] && mpm->aside[0]; k++)
+      PetscCall(MPMMethodPutAside(mpm, more[k], by[j]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,8 +71,13 @@ PetscErrorCode MPMFrameSetFromOptions(MPM mpm, MPMOptions o)
 static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
+  PetscBool       framed;
+  char            by[2 * MPM_NAME_LEN], use[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
+  (void)snprintf(by, sizeof by, framed ? "-method_frame total" : "-method_preset %s", mpm->preset->name);
+  (void)snprintf(use, sizeof use, framed ? "-method_frame updated" : "-method_preset balanced");
   for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++) {
     char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
     PetscBool given;
@@ -84,59 +85,57 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
     (void)snprintf(name, sizeof name, "-%s", updated[k].name);
     PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
     if (given && !(updated[k].neutral && !strcmp(value, updated[k].neutral)))
-      MPMOptionsFail(o, "%s does not apply with -method_frame total: %s", name, updated[k].why);
+      MPMOptionsFail(o, "%s does not apply with %s: %s", name, by, updated[k].why);
   }
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
       MPMOptionsFail(
           o,
-          "-material_%s_model %s does not apply with -method_frame total: what flows leaves the shape of the "
-          "start, on which the weights are; use -method_frame updated",
-          scene->materials[k].name, scene->materials[k].type->name);
+          "-material_%s_model %s does not apply with %s: what flows leaves the shape of the start, on which the "
+          "weights are; use %s",
+          scene->materials[k].name, scene->materials[k].type->name, by, use);
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
     if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
       MPMOptionsFail(o,
-                     "-bc_%s_type %s does not apply with -method_frame total, which has no contact: the wall acts on "
-                     "matter that arrives at it; choose fixed, slip, moving or free",
-                     MPMFaceNames[k], MPMWallNames[type]);
+                     "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "
+                     "at it; choose fixed, slip, moving or free, or use %s",
+                     MPMFaceNames[k], MPMWallNames[type], by, use);
   }
   if (mpm->core.grid.round)
-    MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_frame total, which is built for planes and for "
-                      "3-D; use -method_frame updated");
+    MPMOptionsFail(o, "-geometry axisymmetric does not apply with %s, which is built for planes and for 3-D; use %s", by,
+                   use);
   if (mpm->core.rigids.n)
     MPMOptionsFail(o,
-                   "-body_%s_rigid does not apply with -method_frame total, whose bodies may meet nothing; use "
-                   "-method_frame updated",
-                   mpm->core.rigids.body[0].name);
+                   "-body_%s_rigid does not apply with %s, whose bodies may meet nothing; use %s",
+                   mpm->core.rigids.body[0].name, by, use);
   if (scene->ncontacts || mpm->core.contacts)
-    MPMOptionsFail(o, "contact does not apply with -method_frame total, whose bodies may meet nothing; use "
-                      "-method_frame updated");
+    MPMOptionsFail(o, "contact does not apply with %s, whose bodies may meet nothing; use %s", by, use);
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points && scene->bodies[b].points->deformation)
       MPMOptionsFail(o,
-                     "-body_%s_file does not apply with -method_frame total: its particles are deformed at the start",
-                     scene->bodies[b].name);
+                     "-body_%s_file does not apply with %s: its particles are deformed at the start",
+                     scene->bodies[b].name, by);
     for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
       if (scene->bodies[b].ppc[d] < 2)
         MPMOptionsFail(o,
-                       "-body_%s_ppc: with -method_frame total a body needs 2 particles a cell on each axis; with 1, "
-                       "nodes can move so that no particle is strained",
-                       scene->bodies[b].name);
+                       "-body_%s_ppc: with %s a body needs 2 particles a cell on each axis; with 1, nodes can move so "
+                       "that no particle is strained",
+                       scene->bodies[b].name, by);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the method of the total frame, after the basis; the options of the updated one, which are refused or stand aside, are
-   read all the same, so that their values are checked. */
+/* Sets the method of the total frame, after the basis; the options of the updated one, which are refused or stand
+   aside, are read all the same, so that their values are checked. */
 static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
 {
   MPMCore  *core = &mpm->core;
   PetscBool set;
 
   PetscFunctionBeginUser;
-  mpm->method.mass = MPMBasisIsSpline(core->basis) ? 2 : 1;
+  mpm->method.mass = MPMBasisIsSpline(core->basis) ? mpm->preset->mass : 1;
   PetscCall(MPMOptionsInt(o, "method_mass_order", NULL, &mpm->method.mass, &set));
   if (!core->grid.total) {
     mpm->method.mass = 0;
@@ -149,11 +148,11 @@ static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
   mpm->method.scheme   = &MPMSchemeTotal;
   mpm->method.transfer = &MPMTransferTotal;
   PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &mpm->method.rate, &set));
-  if (!set) mpm->method.rate = 0;
+  if (!set) mpm->method.rate = mpm->preset->rate;
   mpm->method.viscosity = 0;
   core->params.flip = core->params.strain = 1;
   core->params.light                      = 0;
-  core->params.box = core->params.order = 0;
+  core->params.order                      = 0;
   core->params.own_inertia              = PETSC_FALSE;
   core->needs.increment = core->needs.affine = core->needs.residual = core->needs.all = PETSC_FALSE;
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) mpm->scene.materials[k].relaxation = 0;
@@ -220,8 +219,8 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   PetscBool          chosen, order_set;
 
   PetscFunctionBeginUser;
-  (void)snprintf(update, sizeof update, "%s", hats ? "musl" : mpm->preset->update);
-  (void)snprintf(name, sizeof name, "%s", hats ? "flip" : mpm->preset->transfer);
+  (void)snprintf(update, sizeof update, "%s", hats || core->grid.total ? "musl" : mpm->preset->update);
+  (void)snprintf(name, sizeof name, "%s", hats || core->grid.total ? "flip" : mpm->preset->transfer);
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
   PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.order, &order_set));
@@ -359,7 +358,7 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscInt  row;
 
   PetscFunctionBeginUser;
-  (void)snprintf(basis, sizeof basis, "%s", core->grid.total ? "bspline2" : mpm->preset->basis);
+  (void)snprintf(basis, sizeof basis, "%s", mpm->preset->basis);
   (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->scenes == MPM_SCENES_elastic ? "stretch" : "none");
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
@@ -400,7 +399,7 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   mpm->time.max_steps = PETSC_MAX_INT;
   mpm->time.cfl       = MPMStableOf(&mpm->core, &mpm->method).cfl;
-  if (!mpm->core.grid.total) mpm->time.cfl = PetscMin(mpm->preset->cfl, mpm->time.cfl);
+  mpm->time.cfl       = PetscMin(mpm->preset->cfl, mpm->time.cfl);
   PetscCall(MPMOptionsReal(o, "time_end", NULL, &mpm->time.end, NULL));
   PetscCall(MPMOptionsInt(o, "time_max_steps", NULL, &mpm->time.max_steps, NULL));
   PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));

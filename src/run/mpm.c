@@ -30,8 +30,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMFrameSetFromOptions(mpm, o));
   PetscCall(MPMPresetRead(mpm, o));
+  PetscCall(MPMFrameSetFromOptions(mpm));
   PetscCall(MPMSceneSetFromOptions(scene, core, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPresetChoose(mpm);
@@ -140,6 +140,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.barred   = core->grid.total && core->params.box ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || core->grid.total || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;

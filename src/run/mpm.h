@@ -29,6 +29,8 @@ typedef enum { MPM_SCENES_elastic, MPM_SCENES_fluids, MPM_SCENES_others } MPMSce
 typedef struct {
   const char *name;
   MPMScenes   scenes;
+  PetscBool   total; /* it is of the total frame, and has no update and no transfer */
+  PetscInt    mass;  /* of the total frame: order of the mass matrix */
   const char *basis;
   PetscBool   stretch;
   const char *update, *transfer;
@@ -78,7 +80,8 @@ void           MPMPresetChoose(MPM);
 PetscErrorCode MPMPresetPrint(MPM);
 
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
-PetscErrorCode MPMFrameSetFromOptions(MPM, MPMOptions); /* -method_frame, before all else */
+PetscErrorCode MPMFrameSetFromOptions(MPM); /* what of a file stands aside for the total frame, before all else */
+PetscErrorCode MPMMethodPutAside(MPM, const char name[], const char by[]);
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
 /* Print, in sequence, what a run says before its first step and at its end (prints.c). Collective on exchange.data. */

@@ -1,14 +1,17 @@
-/* preset.c - the named methods of -method_preset: rows of preset.def. The name is read before the scene, since it says how
-   many particles bodies have; the row is chosen after it, by the materials. */
+/* preset.c - the named methods of -method_preset: rows of preset.def. The name is read before the scene, since it says
+   in which frame the state is and how many particles bodies have; the row is chosen after it, by the materials. */
 #include "run/mpm.h"
 
 static const MPMPreset rows[] = {
 #define MPM_PRESET_NAME(name, what, expect, collision, contact)
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)                             \
-  {#name, MPM_SCENES_##scenes, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
+  {#name, MPM_SCENES_##scenes, PETSC_FALSE, 0, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
+#define MPM_PRESET_TOTAL(name, scenes, basis, mass, rate, cfl, ppc)                                                    \
+  {#name, MPM_SCENES_##scenes, PETSC_TRUE, mass, #basis, PETSC_FALSE, "", "", 0, rate, cfl, ppc},
 #include "run/preset.def"
 #undef MPM_PRESET_NAME
 #undef MPM_PRESET
+#undef MPM_PRESET_TOTAL
 };
 
 static const struct {
@@ -16,21 +19,42 @@ static const struct {
 } names[] = {
 #define MPM_PRESET_NAME(name, what, expect, collision, contact) {#name, expect, collision, contact},
 #define MPM_PRESET(...)
+#define MPM_PRESET_TOTAL(...)
 #include "run/preset.def"
 #undef MPM_PRESET_NAME
 #undef MPM_PRESET
+#undef MPM_PRESET_TOTAL
 };
 
-/* Reads the name of the preset, and sets the default of the particles per cell. The first fault is left in o. */
+/* Reads the name of the preset, or takes that of the frame that is asked for, and sets the frame and the default of the
+   particles per cell. Where the two differ, that of a file stands aside. The first fault is left in o. */
 PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
 {
-  char name[MPM_NAME_LEN];
+  char      name[MPM_NAME_LEN], frame[MPM_NAME_LEN];
+  PetscBool framed, total;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
+  PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  total = (PetscBool)(!strcmp(frame, "total"));
   for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
-  mpm->scene.ppc = mpm->preset->ppc;
+  if (framed && total != mpm->preset->total) {
+    if (mpm->preset_given && MPMOptionsOverridden("method_frame", "method_preset"))
+      PetscCall(MPMMethodPutAside(mpm, "method_frame", "method_preset"));
+    else if (mpm->preset_given && !MPMOptionsOverridden("method_preset", "method_frame"))
+      MPMOptionsFail(o,
+                     "-method_frame %s does not apply with -method_preset %s, a method of the other frame: leave one "
+                     "of them out",
+                     frame, name);
+    else {
+      PetscCall(MPMMethodPutAside(mpm, "method_preset", "method_frame"));
+      PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
+      for (mpm->preset = rows; total ? !mpm->preset->total : strcmp(mpm->preset->name, name) != 0;) mpm->preset++;
+    }
+  }
+  mpm->core.grid.total = mpm->preset->total;
+  mpm->scene.ppc       = mpm->preset->ppc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,10 +101,14 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   PetscCall(MPMOptionsMethodGiven(&own, &any));
   if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
   while (strcmp(names[of].name, mpm->preset->name)) of++;
-  PetscCall(MPMPrint(&mpm->core.print, "preset     %s: -method_basis %s%s -method_update %s -method_transfer %s",
-                     mpm->preset->name, MPMBasisNames[mpm->core.basis],
-                     mpm->core.needs.stretched ? " -method_gimp_update stretch" : "", mpm->method.scheme->name,
-                     mpm->method.transfer->name));
+  PetscCall(MPMPrint(&mpm->core.print, "preset     %s:%s -method_basis %s", mpm->preset->name,
+                     mpm->preset->total ? " -method_frame total" : "", MPMBasisNames[mpm->core.basis]));
+  if (mpm->preset->total)
+    PetscCall(MPMPrint(&mpm->core.print, " -method_mass_order %" PetscInt_FMT, mpm->method.mass));
+  else
+    PetscCall(MPMPrint(&mpm->core.print, "%s -method_update %s -method_transfer %s",
+                       mpm->core.needs.stretched ? " -method_gimp_update stretch" : "", mpm->method.scheme->name,
+                       mpm->method.transfer->name));
   if (mpm->method.transfer->flip < 0 && (mpm->method.transfer->parts & MPM_AFFINE))
     PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
   if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
@@ -97,7 +125,8 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (!any && mpm->preset->scenes == MPM_SCENES_elastic)
-    PetscCall(MPMPrint(&mpm->core.print, "           %s; a collision loses %s\n", names[of].expect,
+    PetscCall(MPMPrint(&mpm->core.print, "           %s; %s%s\n", names[of].expect,
+                       mpm->preset->total ? "" : "a collision loses ",
                        mpm->core.contacts ? names[of].contact : names[of].collision));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

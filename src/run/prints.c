@@ -19,11 +19,11 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   MPMInitialTell(scene, initial);
   if (initial[0]) PetscCall(MPMPrint(&core->print, "initial    %s\n", initial));
   PetscCall(MPMReportFields(core));
-  if (!core->grid.total) PetscCall(MPMPresetPrint(mpm));
+  PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(
-        MPMNote(&core->print, "-method_frame total has a method of its own: %s of the file stand aside", mpm->aside));
+    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own: %s of the file stand aside",
+                      core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
                      (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,

@@ -41,11 +41,13 @@ static const char transfers[] =
 #undef MPM_TRANSFER
 #define MPM_PRESET_NAME(name, what, expect, collision, contact) "|" #name
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)
+#define MPM_PRESET_TOTAL(name, scenes, basis, mass, rate, cfl, ppc)
 static const char presets[] =
 #include "run/preset.def"
     "";
 #undef MPM_PRESET_NAME
 #undef MPM_PRESET
+#undef MPM_PRESET_TOTAL
 
 #define MPM_IF_PETSC_TRUE(yes, no)  yes
 #define MPM_IF_PETSC_FALSE(yes, no) no

@@ -182,7 +182,11 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if ((core->pistons || core->contacts) && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
       phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
-    if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F);
+    if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | (core->needs.barred ? B(bar) : 0);
+    if ((phase->parts & MPM_G2P_TOTAL) && core->needs.barred) {
+      phase->particles_in |= B(bar);
+      phase->particles_out |= B(bar);
+    }
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & (MPM_G2P_STRESS | MPM_G2P_TOTAL)) &&
         !core->needs.stretched)
       phase->particles_in &= ~B(F);
@@ -190,7 +194,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->parts |= transfer->parts;
     if ((phase->parts & MPM_G2P_MOTION) && transfer->rounds != MPM_FILTER) phase->particles_in &= ~B(r);
     if ((phase->parts & MPM_P2G_MASS) && core->grid.round) phase->parts |= MPM_P2G_ROUND;
-    if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
+    if ((phase->parts & (MPM_G2P_STRESS | MPM_G2P_TOTAL)) && core->params.box) phase->parts |= MPM_G2P_FBAR;
     for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++)
       if (g->home == MPM_IS_SUM && phase->kind == MPM_PARTICLES_TO_NODES && phase->parts & g->part)
         phase->particles_in |= g->reads;

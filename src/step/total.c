@@ -54,7 +54,8 @@ MPM_INLINE void AccelerateRow(int dim, const MPMParams *par, const MPMGrid *grid
   const PetscBool walled = RowWalled(par, grid, r);
 
   for (PetscInt i = r->first; i < r->last; i++)
-    Acceleration(dim, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
+    if (r->sum[i].m > 0) /* the others move nothing */
+      Acceleration(dim, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
 }
 
 /* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read, and p
@@ -66,6 +67,7 @@ MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, cons
   for (PetscInt i = r->first; i < r->last; i++) {
     PetscReal *motion = r->motion + i * MPM_MOTION_NC(dim), *u = r->state + i * MPM_MOTION_NC(dim), *v = u + dim, a[3];
 
+    if (!(r->sum[i].m > 0)) continue;
     for (int d = 0; d < dim; d++) a[d] = again ? motion[d] : 0;
     Acceleration(dim, par, grid, r, walled, again, i, a, r->sum[i].p);
     for (int d = 0; d < dim; d++) v[d] += par->kick * a[d];

@@ -90,7 +90,14 @@ def presets(path=os.path.join(ROOT, "src", "run", "preset.def")):
                 name, scenes, basis, stretch, update, transfer, strain, *_ = line[11:line.index(")")].split(", ")
                 if scenes == "elastic":
                     found[name] = f"{short[basis]}{'S' if stretch == 'PETSC_TRUE' else ''} {update} {transfer}" + (f" {strain}" if transfer == "aflip" else "")
+            if line.startswith("MPM_PRESET_TOTAL("):
+                name, scenes, basis, mass, *_ = line[17:line.index(")")].split(", ")
+                if scenes == "elastic":
+                    found[name] = f"{short[basis]} total {mass}"
     return found
 
 
 PRESETS = presets()
+# The methods of presets of the total frame, whose step has a time too; they are not compared on all problems, since bodies
+# may meet nothing in it.
+TOTAL = {name: Method(f"-method_frame total {BASES[name.split()[0]]} -method_mass_order {name.split()[2]}", 0.7) for name in PRESETS.values() if name.split()[1] == "total"}

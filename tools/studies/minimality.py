@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what each scene of options/ carries and sends beside the same scene with -method_carry all: fields and bytes of a
 particle, phases of a step, bytes of messages of a step on 2 processes, time of a step. Writes docs/data/minimality.csv and
-the table `minimality` of docs/developer.md.
+the table `minimality` of docs/developer.md. Scenes in the total frame, which knows no -method_carry, are left out.
 
     minimality.py                  measures what the file lacks; --again: everything; --scenes disks taylor: these alone
     minimality.py --table          only renews the table from the file
@@ -129,6 +129,8 @@ def main():
     path = os.path.join(arguments.data, "minimality.csv")
     rows = read(path)
     names = sorted(name[:-5] for name in os.listdir(os.path.join(ROOT, "options")) if name.endswith(".opts"))
+    names = [name for name in names if "-method_preset solid" not in open(os.path.join(ROOT, "options", name + ".opts")).read()]
+    rows = {scene: row for scene, row in rows.items() if scene in [*names, *CHANGED]}
     for scene in [] if arguments.table else arguments.scenes or [*names, *CHANGED]:
         if scene in rows and not arguments.again:
             continue

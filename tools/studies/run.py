@@ -33,7 +33,7 @@ sys.path[:0] = [os.path.join(ROOT, "lab"), os.path.join(ROOT, "tools"), HERE]
 import motion  # noqa: E402 (after the path)
 import pebble_mpm as pebble  # noqa: E402
 import problems  # noqa: E402
-from methods import METHODS, PRESETS, REFERENCE, VARIANTS, VARIED, Method, own_cfl  # noqa: E402
+from methods import METHODS, PRESETS, REFERENCE, TOTAL, VARIANTS, VARIED, Method, own_cfl  # noqa: E402
 from problems import MAIN, PROBLEMS  # noqa: E402
 
 KEY = ["problem", "method", "options", "ppc", "cfl", "n"]
@@ -203,7 +203,7 @@ def cost(arguments, methods):
                 told[name] = run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle")
                 best[name] = min(best.get(name, float("inf")), (whole - start) / steps / int(told[name][0]) * 1e9)
         for name, m in wanted.items():
-            old[str(dim), name] = dict(zip(COST, [dim, name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
+            old[str(dim), name] = dict(zip(COST, [str(dim), name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
             print(f"{dim}-D {name:20} {best[name]:6.1f} ns, {best[name] / best[REFERENCE]:.3f} of {REFERENCE}", flush=True)
         write(path, COST, sorted(old.values(), key=lambda row: (row["dim"], row["method"])))
 
@@ -239,7 +239,7 @@ def main():
     methods = {name: METHODS[name] for name in arguments.methods or ([] if added else METHODS) if name in METHODS} | added
     failed = 0
     if arguments.cost:
-        cost(arguments, methods)
+        cost(arguments, methods | ({} if arguments.methods or added else TOTAL))
     elif arguments.motion:
         data = Data(os.path.join(arguments.data, "motion.csv"), KEY_MOTION, motion.COLUMNS)
         wanted = [(case, name, m.options, f"{cfl or m.cfl:g}") for case in motion.CASES for name, m in methods.items() for cfl in motion.STEPS.get(case, (arguments.cfl,))]

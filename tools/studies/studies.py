@@ -23,7 +23,7 @@ import tables  # noqa: E402
 DOCUMENTS = ["choosing.md", "choosing-data.md"]
 # What measures, in sequence, and the files that it writes: each goes on where it was stopped. Times of a step last, alone.
 MEASURES = [(["run.py"], "choosing.csv"), (["run.py", "--varied"], "choosing.csv"), (["run.py", "--motion"], "motion.csv"), (["run.py", "--cost"], "method_cost.csv"),
-            (["stability.py"], "stability.csv"), (["minimality.py"], "minimality.csv")]
+            (["solid.py"], "solid.csv"), (["stability.py"], "stability.csv"), (["minimality.py"], "minimality.csv")]
 MEASURES = [(words, name) for words, name in MEASURES if os.path.exists(os.path.join(HERE, words[0]))]
 
 

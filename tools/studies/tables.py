@@ -229,8 +229,8 @@ def preset_table(results):
     lines = []
     for name, like in PRESETS.items():
         rows = {p: results.rows.get((name, p, PROBLEMS[p].common)) for p in MAIN}
-        work = [int(row["steps"]) * int(row["particles"]) / results.cost(REFERENCE, p, PROBLEMS[p].common) for p, row in rows.items() if row]
-        mean = math.exp(sum(map(math.log, work)) / len(work)) if len(work) == len(MAIN) else None
+        work = [int(row["steps"]) * int(row["particles"]) / results.cost(REFERENCE, p, PROBLEMS[p].common) for p, row in rows.items() if row and row["status"] == "0"]
+        mean = math.exp(sum(map(math.log, work)) / len(work)) if work and all(rows.values()) else None
         lines.append([name, like, *(ratio(mean and mean * results.ns.get((dim, like), 1)) for dim in (2, 3)), *(number(row and results.number(row)) for row in rows.values())])
     return markdown(["preset", "method", "cost 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
 
