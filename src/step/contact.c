@@ -19,7 +19,7 @@
 #include "step/step.h"
 
 #define ROUNDS 200  /* at most, */
-#define QUIET  1e-4 /* until one changes velocities by less than this part of the largest change in a round */
+#define QUIET  1e-6 /* until one changes velocities by less than this part of the largest change in a round */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {

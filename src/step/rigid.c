@@ -151,7 +151,11 @@ PetscReal MPMRigidsStand(MPMCore *core)
 {
   PetscReal most = 0;
 
-  for (PetscInt k = 0; k < core->rigids.nsupports; k++) most = PetscMax(most, Act(core, &core->rigids.support[k]));
+  for (PetscInt k = 0; k < core->rigids.nsupports; k++) { /* PetscMax is a macro: a function in it would act twice */
+    const PetscReal change = Act(core, &core->rigids.support[k]);
+
+    most = PetscMax(most, change);
+  }
   return most;
 }
 
