@@ -89,7 +89,8 @@ def footing(about, part, grows, held, number):
 
 def heap(about, width):
     return Starter(2, about, s.heap(width), (8, 16, 32), "in the height",
-                   Number("run-out over width", 1.2 / width, "Lube et al. 2005", s.run_out(width), same(0.1)), warns="how far . runs out")
+                   Number("run-out over width", 1.2 / width, "Lube et al. 2005", s.run_out(width), same(0.1)), warns="how far . runs out",
+                   note="sand runs too far on fine grids; -method_transfer flip -method_damping_viscosity, which a warning suggests, mends it")
 
 
 def still(area, depth, limits):

@@ -146,7 +146,7 @@ def percent(x):
 def cell(row):
     if row is None or row["status"] != "0":
         return "-" if row is None else "**stops**"
-    return f"**{percent(float(row['error']))}**" if wrong(row) else percent(float(row["error"]))
+    return f"**{percent(float(row['error']))}**" if wrong(row) or float(row["error"]) > float(row["limit"]) else percent(float(row["error"]))
 
 
 def table(rows):
