@@ -199,8 +199,8 @@ static PetscErrorCode WatchParting(MPMWatch *w, MPMCore *core, const MPMScene *s
     MPMPartingTell(w, core, scene, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE,
                    what);
     if (!noisy) MPMPartingCure(scene, core->grid.dim, &wide, cure);
-    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; use %.600s", (double)core->t, what,
-                      noisy ? "; " : "", noise, cure));
+    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; use %.600s%s", (double)core->t, what,
+                      noisy ? "; " : "", noise, cure, w->may_part ? "" : ", or let it part (-check_parting warn)"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
