@@ -10,7 +10,7 @@
 #define SEARCH   0.25e-6 /* to find the surface and the normal by one that is, */
 #define STENCIL  0.07e-6 /* and for each node of its stencil; */
 #define BETWEEN  0.6     /* of these two between bodies, where few nodes have matter of both */
-#define ROUNDS   60      /* to find the impulses; 2 to 130. Where every node acts by itself: */
+#define ROUNDS   3       /* to find the impulses; where every node acts by itself: */
 #define ALONE    2
 #define PART     22e-9   /* s for a part of a column in a round, */
 #define SITE     0.12e-6 /* and for a node in a step */
