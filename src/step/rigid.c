@@ -226,8 +226,13 @@ void MPMRigidsCheck(MPMCore *core)
       const PetscReal at = r->pivot[d] + r->place[d];
 
       if (!(at >= core->grid.lower[d] && at <= core->grid.upper[d]))
-        (void)snprintf(core->stop, sizeof core->stop, "the rigid body %s left the grid, to %c = %g m", r->name,
-                       "xyz"[d], (double)at);
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "the rigid body %s left the grid, to %c = %g m; %senlarge the grid (-grid_%s), close it by a wall "
+                       "(-bc_%s_type), or choose an earlier -time_end",
+                       r->name, "xyz"[d], (double)at,
+                       core->grid.periodic[d] ? "rigid bodies do not cross periodic faces: " : "",
+                       at > core->grid.upper[d] ? "upper" : "lower",
+                       MPMFaceNames[2 * d + (at > core->grid.upper[d])]);
     }
   }
 }
