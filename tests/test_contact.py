@@ -159,6 +159,16 @@ def check_glued():
     check.that(apart["center_a_x"][-1] - 0.7 < 0.002 < apart["center_b_x"][-1] - 1.3, "bodies that touch at the start part freely")
 
 
+def check_beside():
+    """Bodies that meet along another axis than that of the normal that is given are warned of; along that axis there is no warning."""
+    told = {}
+    for axis in "xy":
+        lines, meet = bars(16, [1, 1], [0.05, -0.05], dim=2)
+        done = run("beside", lines, "-time_end", meet + 2, "-contacts", "c", "-contact_c_normal", axis)[1]
+        told[axis] = done.find(rf"seen at t=\S+ s: along {axis} \(-contact_c_normal\) the bodies of contact c overlap by (\S+) cells near \S+ \S+, and pass through each other there; leave out -contact_c_normal")
+    check.that(told["y"] and not told["x"], f"bodies that meet along x, with the normal along y: an overlap of {told['y']} cells is warned of, along x of {told['x']}")
+
+
 def check_stack():
     """Three blocks on each other at rest, which touch at the start, weigh what they weigh."""
     bodies = {name: ("m", [0.4, 0.5 * k], [1.2, 0.5 * (k + 1)], [0, 0]) for k, name in enumerate("abc")}
@@ -249,6 +259,7 @@ check_disks()
 check_apart()
 check_places()
 check_glued()
+check_beside()
 check_stack()
 check_piston()
 check_many()

@@ -7,6 +7,8 @@ processes, with a pool, after a restart and after retries.
 
 usage: test_rigid.py PEBBLE SOURCE MPIEXEC
 """
+import re
+
 import numpy as np
 
 import check
@@ -177,6 +179,9 @@ def check_ends():
     check.that(meet.status == 3 and "the rigid bodies disk and stop meet at t=" in meet.err, f"rigid bodies that meet: {meet.err.strip()}")
     gone = check.pebble("-options_file", check.write("gone.opts", STRIKES), *QUIET, "-body_disk_velocity", "-20,0")
     check.that(gone.status == 3 and "the rigid body disk left the grid, to x = " in gone.err, f"a free body that leaves the grid: {gone.err.strip()}")
+    check.that("; enlarge the grid (-grid_lower), close it by a wall (-bc_xmin_type), or choose an earlier -time_end" in gone.err, f"a free body that leaves the grid has a remedy: {gone.err.strip()}")
+    gone = check.pebble("-options_file", check.write("gone.opts", STRIKES), *QUIET, "-body_disk_velocity", "-20,0", "-bc_xmin_type", "periodic", "-bc_xmax_type", "periodic")
+    check.that(gone.status == 3 and re.search(r"the rigid body disk reaches 0\.\d+ m beyond the periodic face xmin at t=\S+ s; rigid bodies do not cross periodic faces: enlarge the grid", gone.err), f"a free body at a periodic face: {gone.err.strip()}")
     lines = rest("-time_end 0.3", *box("ram", [0.8, 1.3], [2.2, 1.5], "rigid moving", 'velocity "0, 0.01/(t < 0.1)"'))
     nan = check.pebble("-options_file", check.write("nan.opts", lines), *QUIET, "-bodies", "block,floor,ram")
     check.that(nan.status == 3 and "-body_ram_velocity is not finite at t = 0.1" in nan.err, f"a formula that ends: {nan.err.strip()}")
@@ -213,6 +218,20 @@ def check_grip():
     check.that(set(others.values()) == {one}, f"grips: the same bits on {', '.join(others)}")
     empty = check.must("-options_file", path, *QUIET, "-time_max_steps", 1, "-body_held_vertices", "-0.9,-0.9 -0.5,-0.9 -0.5,-0.5 -0.9,-0.5")
     check.that("-body_held_tied: no particle lies in the rigid body held at the start, and it holds what lies in it; let matter reach two cells into it" in empty.out, "a grip that holds nothing is warned of")
+    path = check.write("shallow.opts", grip(0.1, 0)[1])
+    deep = [check.must("-options_file", path, *QUIET, "-time_max_steps", 1, "-body_held_vertices", f"-0.9,-0.4 {x},-0.4 {x},0.4 -0.9,0.4").find(
+        r"-body_held_tied: matter lies only (\S+) cells deep in the rigid body held at the start; let it reach two cells into it") for x in (-0.2, -0.1)]
+    check.that(deep == ["1", None], f"a grip that holds less than two cells of matter is warned of: {deep}")
+
+
+def check_couette():
+    """A fluid sticks to rigid bodies that are tied: the force of plane Couette flow, viscosity times rate times area."""
+    lines = grid([0, 0], [0.5, 2], 0.1) + [f"-bc_{face}_type {kind}" for face, kind in (("xmin", "periodic"), ("xmax", "periodic"), ("ymin", "fixed"), ("ymax", "fixed"))] + [
+        "-materials w", "-material_w_model fluid", "-material_w_rho 1", "-material_w_K 400", "-material_w_viscosity 0.5", "-bodies w,lid,floor", *box("w", [0, 0.2], [0.5, 1.8], "material w"),
+        *box("lid", [-1, 1.5], [2, 2], "rigid moving", "velocity 0.2,0", "tied"), *box("floor", [-1, 0], [2, 0.5], "rigid fixed", "tied"), "-time_end 2"]
+    found, _ = run("couette", lines)
+    force = [found[f"reaction_{name}_x"][-1] / (0.5 * 0.2 * 0.5) for name in ("lid", "floor")]
+    check.that(abs(force[0] - 1) < 0.05 and abs(sum(force)) < 1e-3, f"Couette flow between tied bodies, 10 cells wide: forces {force[0]:+.4f} and {force[1]:+.4f} of the exact one")
 
 
 def check_thin():
@@ -225,6 +244,8 @@ def check_thin():
         told = done.find(r"the rigid body plate is only (0\.5) cells thick near \(2\.\d+, .*\), between matter on both sides: up to a quarter of a blow passes through it; make it 2 cells thick, or give -contacts")
         bad = thick < 0.1 and not gap and not contact
         check.that(bool(told) == bad and (0.1 < passes < 0.3 if bad else passes < 0.02), f"a plate of {thick / 0.1:.1f} cells, matter on {'one side' if gap else 'both sides, in contact' if contact else 'both sides'}: {passes:.3f} of a blow passes")
+    lines = grid([0, 0], [5, 2], 0.1) + SOFT + ["-bodies a,b,plate", *box("plate", [2.53, 0], [2.535, 2], "rigid fixed"), *box("a", [1.53, 0.5], [2.53, 1.5], "material m", "velocity 1,0"), *box("b", [2.535, 0.5], [3.335, 1.5], "material m"), "-time_end 0.01"]
+    check.that("the rigid body plate is less than 0.1 cells thick near " in run("foil", lines)[1].out, "a foil is warned of, by less than 0.1 cells")
 
 
 def check_paths():
@@ -236,6 +257,8 @@ def check_paths():
     lines = rest("-time_end 0.3", *box("ram", [0.2, 1.3], [0.6, 1.5], "rigid moving", "velocity 0,4"))
     done = check.must("-options_file", check.write("leaves.opts", lines), *QUIET, "-bodies", "block,floor,ram")
     check.that(done.find(r"the rigid body ram leaves the grid at t=(0\.17\d*) s; from then on it meets nothing"), "a tool that leaves the grid is noted, and the run ends as usual")
+    steps = len(run("fast", rest("-time_end 0.05", "-history_every 0", *box("ram", [0.2, 1.3], [0.6, 1.5], "rigid moving", "velocity 0,4000")), "-bodies", "block,floor,ram")[0]["time"])
+    check.that(steps < 100, f"a tool of 4000 m/s that has left the grid does not bound the step, which would be 4000 steps: {steps}")
 
 
 def check_many():
@@ -293,6 +316,7 @@ check_energy()
 check_friction()
 check_falls()
 check_grip()
+check_couette()
 check_thin()
 check_paths()
 check_rolls()

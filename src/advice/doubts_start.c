@@ -8,6 +8,9 @@
 #include "scene/fit.h"
 #include "scene/points.h"
 
+#define ACROSS 16   /* places along an axis at which it is seen how deep a rigid body is */
+#define GRIP   1.99 /* cells: matter that reaches less far into a tied body is not held well */
+
 /* A particle: its cell, its place, the edge of a cube of its volume or of a cell, its body and its row in the view. */
 typedef struct {
   PetscInt  cell, body, row;
@@ -263,34 +266,69 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of rigid bodies that are tied and hold nothing at the start. Collective on exchange.data. */
+/* Returns how deep a place of a rigid body in the grid lies below its surface, m: the deepest of ACROSS along each axis. */
+static PetscReal Deepest(const MPMRigid *r, const MPMGrid *grid)
+{
+  PetscReal lower[3], upper[3], deep = 0;
+  PetscInt  all = 1;
+
+  MPMRegionBounds(r->shape, grid->dim, lower, upper);
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    lower[d] = PetscMax(lower[d], grid->lower[d]);
+    upper[d] = PetscMin(upper[d], grid->upper[d]);
+    all *= ACROSS;
+  }
+  for (PetscInt k = 0; k < all; k++) {
+    PetscReal x[3], n[3];
+
+    for (PetscInt d = 0, q = k; d < grid->dim; d++, q /= ACROSS)
+      x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(q % ACROSS) + 0.5) / ACROSS;
+    deep = PetscMax(deep, -MPMRigidDistance(r, grid->dim, x, n));
+  }
+  return deep;
+}
+
+/* Warns of rigid bodies that are tied and hold nothing at the start, or too little. Collective on exchange.data. */
 static PetscErrorCode WarnTied(MPMCore *core)
 {
   const MPMRigids *r   = &core->rigids;
   PetscBool        any = PETSC_FALSE;
-  PetscInt64      *in;
+  const PetscReal  h   = MPMGridSmallestH(&core->grid);
+  PetscReal       *deep; /* how deep matter lies in a body, m, or below 0 */
   MPMView          view;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < r->n; k++) any = any || r->body[k].tied ? PETSC_TRUE : PETSC_FALSE;
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(r->n, &in));
-  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x), &view));
-  for (PetscInt k = 0; k < r->n; k++)
+  PetscCall(PetscMalloc1(r->n, &deep));
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x) | MPM_BIT(kind), &view));
+  for (PetscInt k = 0; k < r->n; k++) {
+    deep[k] = -1;
     for (PetscInt p = 0; p < view.n && r->body[k].tied; p++) {
-      PetscReal n[3];
+      PetscReal       n[3], half = 0; /* of the particle, along the normal */
+      const PetscReal by = -MPMRigidDistance(&r->body[k], core->grid.dim, view.x + p * core->grid.dim, n);
 
-      in[k] += MPMRigidDistance(&r->body[k], core->grid.dim, view.x + p * core->grid.dim, n) < 0;
+      for (PetscInt d = 0; d < core->grid.dim; d++)
+        half += PetscAbsReal(n[d]) * MPMKindOf(core->params.kinds, &view, p)->l[d] * core->grid.h[d];
+      if (by > 0) deep[k] = PetscMax(deep[k], by + half);
     }
-  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x), &view));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, in, (PetscMPIInt)r->n, MPIU_INT64, MPI_SUM, core->exchange.data));
-  for (PetscInt k = 0; k < r->n; k++)
-    if (r->body[k].tied && !in[k])
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x) | MPM_BIT(kind), &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, deep, (PetscMPIInt)r->n, MPIU_REAL, MPI_MAX, core->exchange.data));
+  for (PetscInt k = 0; k < r->n; k++) {
+    if (!r->body[k].tied) continue;
+    if (deep[k] < 0)
       PetscCall(MPMWarn(&core->print,
                         "-body_%s_tied: no particle lies in the rigid body %s at the start, and it holds what lies in it; "
                         "let matter reach two cells into it",
                         r->body[k].name, r->body[k].name));
-  PetscCall(PetscFree(in));
+    else if (deep[k] < PetscMin(GRIP * h, Deepest(&r->body[k], &core->grid) - 0.5 * h))
+      PetscCall(MPMWarn(&core->print,
+                        "-body_%s_tied: matter lies only %.2g cells deep in the rigid body %s at the start; let it reach "
+                        "two cells into it",
+                        r->body[k].name, (double)(deep[k] / h), r->body[k].name));
+  }
+  PetscCall(PetscFree(deep));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

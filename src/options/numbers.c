@@ -40,6 +40,14 @@ const char *MPMOptionsDash(const char text[])
   return NULL;
 }
 
+/* What to do about a formula in an option that has another one for formulas: the only one is gravity. */
+static const char formulas[] = "; -acceleration takes formulas";
+
+static PetscBool IsFormula(const MPMOptionRow *row, const char text[])
+{
+  return !strcmp(row->name, "gravity") && strpbrk(text, "()*/txyzXYZ") ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Writes to remedy [len] what to do about a word that is no number: `end` is where reading it stopped. */
 static void Advise(const MPMOptionRow *row, const char word[], const char end[], PetscBool whole, char remedy[],
                    size_t len)
@@ -49,6 +57,8 @@ static void Advise(const MPMOptionRow *row, const char word[], const char end[],
   remedy[0] = 0;
   if (MPMOptionsDash(word))
     (void)snprintf(remedy, len, "; write a plain - in place of the Unicode minus");
+  else if (IsFormula(row, word))
+    (void)snprintf(remedy, len, "%s", formulas);
   else if (word[strspn(word, " \t")] == 0)
     ;
   else if (before && end[0] == ',' && digits && !end[1 + digits] && !whole && before + digits < 40)
@@ -101,7 +111,9 @@ void MPMOptionsList(MPMOptions o, const MPMOptionRow *row, const char full[], co
 
   (void)snprintf(list, sizeof list, "%s", text);
   for (const char *c = text; *c; c++) n += *c == ',';
-  if (n < o->dim && strpbrk(text, "; \t"))
+  if (IsFormula(row, text))
+    remedy = formulas;
+  else if (n < o->dim && strpbrk(text, "; \t"))
     remedy = "; join values with commas, without blanks";
   else if (n > o->dim && strspn(text, "+-0123456789,") == strlen(text) && !strstr(text, ",,"))
     remedy = " (decimals have a point, not a comma)";

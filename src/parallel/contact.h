@@ -7,7 +7,8 @@
 
 /* Two copies of the grid's nodes whose bodies meet, a < b, and how; or a rigid body and a copy, with a = -1. */
 typedef struct {
-  PetscInt  a, b, axis; /* axis: the normal is along it; -1: it is found */
+  PetscInt    a, b, axis; /* axis: the normal is along it; -1: it is found */
+  const char *name;       /* of the contact, if its axis is given */
   MPMRigid *rigid;      /* NULL: the pair is of two copies */
   PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
@@ -67,6 +68,7 @@ typedef struct {
   PetscInt          corrections; /* of afmpm in this step so far */
   PetscInt          shared;      /* the copy of all bodies that no contact names, or -1 */
   PetscBool         near;        /* are particles of two copies near each other? then `tiles` are those of all processes */
+  PetscBool         beside;      /* it has been said that bodies lie beside each other, seen along the axis that is given */
   MPMContactTiles   tiles;
   MPMPair          *pair;        /* [npairs] */
   MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */

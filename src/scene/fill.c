@@ -34,7 +34,7 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
   PetscCall(MPMForcesCheck(scene, core, o, x, X));
-  if (scene->nvolume) PetscCall(MPMVolumeLoadsCount(scene, core, b, X));
+  if (scene->nvolume) PetscCall(MPMVolumeLoadsCount(scene, core, b, X, o));
   if (scene->initial) {
     MPMMaterialStart start;
     char             wrong[MPM_TEXT_LEN];
@@ -363,7 +363,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->columns ? MPMAtWallsKind(scene, core, b, place) : MPMCutKind(b, dim, parts);
   if (view->depth) MPMRimDepth(scene, b, dim, place, view->depth + 2 * dim * p);
-  if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
+  if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, NULL, view->chosen + p));
   if (core->needs.rim && !b->points) {
     MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, place, X,
            view->rim + p * dim);

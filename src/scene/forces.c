@@ -12,7 +12,8 @@
 /* Reads on which sides of its body a load on a surface acts. */
 static PetscErrorCode ReadSides(const MPMScene *scene, PetscInt dim, MPMOptions o, MPMLoad *load)
 {
-  char face[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
+  char      face[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all", where[2 * MPM_NAME_LEN];
+  PetscBool given;
 
   PetscFunctionBeginUser;
   if (!MPMOptionsError(o) && scene->bodies[load->body].points)
@@ -20,6 +21,13 @@ static PetscErrorCode ReadSides(const MPMScene *scene, PetscInt dim, MPMOptions 
                    "-load_%s_body %s does not apply: particles from a file have no known surface; use -load_%s_type "
                    "force or -acceleration",
                    load->name, scene->bodies[load->body].name, load->name);
+  (void)snprintf(where, sizeof where, "-load_%s_where", load->name);
+  PetscCall(PetscOptionsHasName(NULL, NULL, where, &given));
+  if (given)
+    MPMOptionsFail(o,
+                   "%s does not apply: it is of loads of type force and torque; a %s has -load_%s_face, and its "
+                   "-load_%s_value may be a formula of x, y, z and X, Y, Z",
+                   where, load->type == MPM_LOAD_PRESSURE ? "pressure" : "traction", load->name, load->name);
   PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {

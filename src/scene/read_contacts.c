@@ -91,6 +91,7 @@ static PetscErrorCode ReadContact(MPMScene *scene, const MPMCore *core, MPMConta
   if (row > core->grid.dim)
     MPMOptionsFail(o, "-contact_%s_normal %s: -dim is %" PetscInt_FMT, name, normal, core->grid.dim);
   pair.axis = row - 1;
+  pair.name = name;
   if (stick) pair.mu = PETSC_INFINITY;
   for (PetscInt i = 0; i < scene->nbodies; i++)
     for (PetscInt j = i + 1; j < scene->nbodies; j++)

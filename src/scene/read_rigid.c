@@ -4,6 +4,9 @@
 
 #define TOUCHES 1e-6 /* cells: free rigid bodies that start nearer to another one touch it */
 #define EMPTY   0.01 /* cells: rigid bodies of less volume are refused */
+#define BESIDE  0.01 /* cells: a surface that is nearer to a face of the grid lies on it */
+#define ACROSS  50   /* places along an axis of a face */
+#define LIGHT   1e-6 /* times the inertia of a body that is the same everywhere: less is an error */
 
 static const PetscReal nowhere[3] = {0};
 
@@ -93,6 +96,9 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   if (b->rigid == MPM_RIGID_NONE) PetscCall(RefuseOfRigid(o, b->name));
   PetscCall(MPMOptionsRefuseOthers(o, "body", b->name, "rigid", word, all, taken[row]));
   if (b->rigid == MPM_RIGID_NONE || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->grid.round)
+    MPMOptionsFail(o, "-body_%s_rigid does not apply: with -geometry axisymmetric no body is rigid; use a wall",
+                   b->name);
   b->alone = PETSC_TRUE;
   if (b->region.type == MPM_REGION_file)
     MPMOptionsFail(o, "-body_%s_rigid %s does not apply: the particles of a file have no shape", b->name, word);
@@ -150,9 +156,15 @@ static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, const MPMRigidMas
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 9; k++) inertia[k] = m->inertia[k] * mass / m->volume;
-  if (b->inertia[0] > 0) {
-    for (PetscInt k = 0; k < 9; k++) inertia[k] = 0;
-    for (PetscInt d = 0; d < 3; d++) inertia[4 * d] = b->inertia[dim == 3 ? d : 0];
+  for (PetscInt d = 0; d < 3 && b->inertia[0] > 0; d++) {
+    const PetscReal given = b->inertia[dim == 3 ? d : 0];
+
+    if ((dim == 3 || d == 2) && given < LIGHT * inertia[4 * d])
+      MPMOptionsFail(o,
+                     "-body_%s_inertia %g is less than %g times that of a body of this shape and mass, %.3g kg m^2 about "
+                     "%c; leave it out for this one",
+                     b->name, (double)given, LIGHT, (double)inertia[4 * d], "xyz"[d]);
+    for (PetscInt e = 0; e < 3; e++) inertia[3 * d + e] = d == e ? given : 0;
   }
   for (PetscInt d = 0; d < dim; d++) r->pivot[d] = m->center[d];
   PetscCall(MPMRigidSetFree(r, dim, mass, inertia));
@@ -179,7 +191,7 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
       MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
                      b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
                      (double)core->grid.upper[d]);
-  if (b->rigid == MPM_RIGID_FREE || others > 0) {
+  if (b->rigid == MPM_RIGID_FREE || others > 0 || b->region.type == MPM_REGION_sphere) {
     MPMRigidMassOf(&b->region, dim, &m);
     for (PetscInt d = 0; d < dim; d++) cell *= core->grid.h[d];
     if (!(m.volume > EMPTY * cell))
@@ -247,7 +259,37 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses a free body that lies in a wall at the start, which would push it out in a step. */
+/* Returns whether a shape that ends at a face of the grid would go on beyond it without what cuts it there, by ACROSS places
+   along each other axis; sign: along the axis of the face into the grid. */
+static PetscBool IsCutBy(const MPMRegion *r, const MPMGrid *grid, PetscInt axis, PetscReal plane, PetscReal sign)
+{
+  MPMRegion alone = *r;
+  PetscReal lower[3], upper[3];
+  PetscInt  places = 1;
+
+  alone.ncut = alone.nwithin = 0;
+  MPMRegionBounds(r, grid->dim, lower, upper);
+  for (PetscInt d = 1; d < grid->dim; d++) places *= ACROSS;
+  for (PetscInt k = 0; k < places; k++) {
+    PetscReal x[3];
+
+    for (PetscInt d = 0, q = k; d < grid->dim; d++) {
+      if (d == axis) continue;
+      x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(q % ACROSS) + 0.5) / ACROSS;
+      q /= ACROSS;
+    }
+    x[axis] = plane + sign * BESIDE * grid->h[axis];
+    if (!MPMRegionInside(r, grid->dim, x)) continue;
+    x[axis] = plane - sign * BESIDE * grid->h[axis];
+    if (r->type == MPM_REGION_expression ? r->formula(r->context, grid->dim, x) > 0
+                                         : MPMRegionInside(&alone, grid->dim, x))
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Refuses a free body that lies in a wall at the start, which would push it out in a step; one that a plane of symmetry
+   cuts; and one that starts where it would have left the grid. */
 static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o, const MPMRigid *r)
 {
   const MPMGrid *grid = &core->grid;
@@ -257,16 +299,58 @@ static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o,
     const PetscReal plane = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], sign = k % 2 ? -1 : 1;
     PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3];
 
-    if (type == MPM_WALL_free || type == MPM_WALL_periodic || type == MPM_WALL_piston) continue;
+    if (type == MPM_WALL_piston) continue;
+    if (type == MPM_WALL_free && gap < 0)
+      MPMOptionsFail(o,
+                     "the rigid body %s starts with its center of mass beyond the grid, %c = %g m: move it into the grid, "
+                     "or enlarge that (-grid_%s)",
+                     r->name, "xyz"[k / 2], (double)r->pivot[k / 2], k % 2 ? "upper" : "lower");
+    if (type == MPM_WALL_free) continue;
     if (MPMRigidIsRound(r)) gap -= r->shape->radius;
     for (PetscInt p = 0; p < r->npoints && !MPMRigidIsRound(r); p++) {
       MPMRigidPoint(r, p, x);
       gap = PetscMin(gap, sign * (x[k / 2] - plane));
     }
+    if (type == MPM_WALL_periodic && gap < -TOUCHES * MPMGridSmallestH(grid))
+      MPMOptionsFail(o,
+                     "the rigid body %s starts %g m beyond the periodic face %s: rigid bodies do not cross periodic faces; "
+                     "move it into the grid",
+                     r->name, (double)-gap, MPMFaceNames[k]);
+    if (type == MPM_WALL_periodic) continue;
     if (gap < -TOUCHES * MPMGridSmallestH(grid))
-      MPMOptionsFail(o, "the rigid body %s starts %g m inside the wall %s (-bc_%s_type %s): move it into the grid",
-                     r->name, (double)-gap, MPMFaceNames[k], MPMFaceNames[k], MPMWallNames[type]);
+      MPMOptionsFail(o, "the rigid body %s starts %g m inside the wall %s (-bc_%s_type %s): move it into the grid%s",
+                     r->name, (double)-gap, MPMFaceNames[k], MPMFaceNames[k], MPMWallNames[type],
+                     type == MPM_WALL_slip ? "; a free rigid body is whole, a plane of symmetry does not cut it" : "");
+    if (type == MPM_WALL_slip && IsCutBy(r->shape, grid, k / 2, plane, sign))
+      MPMOptionsFail(o,
+                     "-body_%s_%s cuts the free rigid body %s at the wall %s (-bc_%s_type slip), which would not hold "
+                     "it as a plane of symmetry does: make the scene whole; a body that is flat there stands on a wall of "
+                     "-bc_%s_type separate",
+                     r->name, r->shape->nwithin ? "within" : r->shape->ncut ? "cut" : "expression", r->name,
+                     MPMFaceNames[k], MPMFaceNames[k], MPMFaceNames[k]);
   }
+}
+
+/* Refuses two tied bodies that overlap at the start if one moves: matter in both cannot move with both. */
+static PetscErrorCode CheckTied(const MPMCore *core, MPMOptions o, const MPMRigid *a, const MPMRigid *b)
+{
+  MPMRigid pair[2] = {*a, *b};
+  PetscInt i, j;
+
+  PetscFunctionBeginUser;
+  if (!(a->tied && b->tied && (a->moves || b->moves))) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < 2; k++) {
+    PetscCall(MPMRigidSetPoints(&pair[k], core->grid.dim));
+    pair[k].free = PETSC_TRUE; /* of these MPMRigidsMeet looks at the points */
+  }
+  MPMRigidsMeet(2, pair, core->grid.dim, -TOUCHES * MPMGridSmallestH(&core->grid), &i, &j);
+  if (i >= 0)
+    MPMOptionsFail(o,
+                   "-body_%s_tied: the rigid bodies %s and %s overlap at the start, and matter in both cannot move with "
+                   "both; move one",
+                   a->name, a->name, b->name);
+  for (PetscInt k = 0; k < 2; k++) PetscCall(PetscFree(pair[k].point));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
@@ -301,6 +385,10 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
         "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or "
         "make both fixed or moving",
         r->body[a].name, r->body[b].name);
+  for (PetscInt k = 0; k < r->n; k++)
+    for (PetscInt q = k + 1; q < r->n && !MPMOptionsError(o); q++)
+      PetscCall(CheckTied(core, o, &r->body[k], &r->body[q]));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AddPairs(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -311,16 +399,19 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->rigids.n; k++) {
-    char            at[MPM_NAME_LEN], deep[MPM_NAME_LEN] = "";
+    const char     *name = core->rigids.body[k].name;
+    char            at[MPM_NAME_LEN], deep[MPM_NAME_LEN] = "", hold[3 * MPM_NAME_LEN] = "";
     PetscReal       n[3];
     const PetscReal distance = MPMRigidDistance(&core->rigids.body[k], dim, x, n);
 
     if (core->rigids.body[k].tied || !(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
     MPMPlaceWords(dim, x, at);
     if (distance > -PETSC_MAX_REAL) (void)snprintf(deep, sizeof deep, " %g m", (double)-distance);
+    if (!core->rigids.body[k].free)
+      (void)snprintf(hold, sizeof hold, ", or let %s hold it (-body_%s_tied)", name, name);
     MPMOptionsFail(
-        o, "a particle of %s at %s starts%s inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
-        b->name, at, deep, core->rigids.body[k].name, b->name, b->name, core->rigids.body[k].name);
+        o, "a particle of %s at %s starts%s inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)%s",
+        b->name, at, deep, name, b->name, b->name, name, hold);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,11 +14,6 @@ static void CheckBody(const MPMBody *b, MPMOptions o)
 {
   PetscReal lower[3], upper[3];
 
-  if (b->rigid != MPM_RIGID_NONE) {
-    MPMOptionsFail(o, "-body_%s_rigid does not apply: with -geometry axisymmetric no body is rigid; use a wall",
-                   b->name);
-    return;
-  }
   if (b->points) {
     MPMOptionsFail(o, "-body_%s_shape file does not apply: with -geometry axisymmetric bodies have other shapes",
                    b->name);

@@ -205,14 +205,14 @@ PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads
    that act on no particle, or that these particles cannot take (collective on core->comm); return the loads that act on
-   a particle, as bits; and what all of them are at time t, s, as a force per volume. MPMVolumeLoadsSum is collective on
+   a particle, as bits (with options, a formula that is not finite is a fault); and what all of them are at time t, s, as a force per volume. MPMVolumeLoadsSum is collective on
    exchange.data, the others are not. */
 typedef struct {
   PetscReal even[3], turn[3], centre[3]; /* N/m^3, N/m^4, m: the force per volume is even + turn x (x - centre) */
 } MPMVolumeLoad;
-PetscErrorCode MPMVolumeLoadsCount(MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
+PetscErrorCode MPMVolumeLoadsCount(MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[], MPMOptions);
 PetscErrorCode MPMVolumeLoadsCheck(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMVolumeLoadsOn(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[],
+PetscErrorCode MPMVolumeLoadsOn(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[], MPMOptions,
                                 PetscInt *bits);
 PetscErrorCode MPMVolumeLoadsSum(const MPMScene *, MPMCore *, PetscReal t, MPMVolumeLoad loads[]);
 void MPMVolumeLoadsAdd(const MPMScene *, const MPMVolumeLoad loads[], PetscInt dim, PetscInt bits, const PetscReal x[],

@@ -53,7 +53,7 @@ static void Centre(const MPMGrid *grid, const MPMLoad *load, const PetscReal m[1
 }
 
 PetscErrorCode MPMVolumeLoadsOn(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
-                                PetscInt *bits)
+                                MPMOptions o, PetscInt *bits)
 {
   const PetscReal nowhere[3] = {0};
 
@@ -65,18 +65,22 @@ PetscErrorCode MPMVolumeLoadsOn(const MPMScene *scene, const MPMCore *core, cons
 
     if (!MPMLoadIsOnVolume(load) || scene->bodies + load->body != b) continue;
     if (load->where) PetscCall(MPMExpressionEvaluate(load->where, core->grid.dim, nowhere, X, 0, value));
+    if (o && !(PetscAbsReal(value[0]) <= PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-load_%s_where is not finite at X = %g%s", load->name, (double)X[0],
+                     core->grid.dim > 1 ? ", ..." : "");
     if (value[0] > 0) *bits |= 1 << k;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMVolumeLoadsCount(MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[])
+PetscErrorCode MPMVolumeLoadsCount(MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
+                                   MPMOptions o)
 {
   PetscInt  bits;
   PetscReal r[3], m[10];
 
   PetscFunctionBeginUser;
-  PetscCall(MPMVolumeLoadsOn(scene, core, b, X, &bits));
+  PetscCall(MPMVolumeLoadsOn(scene, core, b, X, o, &bits));
   FromMiddle(&core->grid, X, r);
   Moments(1, r, m);
   for (PetscInt k = 0; k < scene->nloads; k++) {

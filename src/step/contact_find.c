@@ -11,6 +11,7 @@
 #define FACING  -0.8 /* cosine of the angle between normals on both sides of a thin body */
 #define THIN    1.75 /* cells: a body that is thinner between matter on both sides is warned of; measured: at 1.5 a block that
                        strikes a plate gives one behind it 0.14 of its momentum, at 2 0.01 */
+#define OVERLAPS 0.5 /* cells: bodies that do so along the axis of their normal lie beside each other */
 #define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
 static PetscBool IsTied(const MPMPair *pair)
@@ -223,16 +224,43 @@ static PetscErrorCode WarnThin(Search *s)
   PetscFunctionBeginUser;
   for (const MPMContactNode *q = s->c->node; q < s->c->node + s->c->nnodes && !s->core->rigids.thin; q++) {
     PetscReal x[3] = {0};
-    char      at[MPM_NAME_LEN];
+    char      at[MPM_NAME_LEN], thick[MPM_NAME_LEN];
 
     if (!(q->thin[0] < PETSC_INFINITY && q->thin[1] < THIN * h)) continue;
     for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d];
     MPMPlaceWords(grid->dim, x, at);
     s->core->rigids.thin = PETSC_TRUE;
+    (void)snprintf(thick, sizeof thick, q->thin[1] < 0.1 * h ? "less than 0.1" : "only %.2g", (double)(q->thin[1] / h));
     PetscCall(MPMWarn(&s->core->print,
-                      "the rigid body %s is only %.2g cells thick near %s, between matter on both sides: up to a quarter of "
+                      "the rigid body %s is %s cells thick near %s, between matter on both sides: up to a quarter of "
                       "a blow passes through it; make it 2 cells thick, or give -contacts to the bodies on its sides",
-                      s->c->pair[q->pair].rigid->name, (double)(q->thin[1] / h), at));
+                      s->c->pair[q->pair].rigid->name, thick, at));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns once of bodies whose matter overlaps along the axis that is given as their normal: they lie beside each other, and
+   pass through each other unseen. */
+static PetscErrorCode WarnBeside(Search *s)
+{
+  const MPMGrid *grid = &s->core->grid;
+
+  PetscFunctionBeginUser;
+  for (const MPMContactNode *q = s->c->node; q < s->c->node + s->c->nnodes && !s->c->beside; q++) {
+    const MPMPair  *pair = &s->c->pair[q->pair];
+    const PetscInt  axis = pair->axis;
+    const PetscReal by   = axis < 0 ? 0 : -(q->near[0][axis] + q->near[1][axis]) / grid->h[axis];
+    PetscReal       x[3] = {0};
+    char            at[MPM_NAME_LEN];
+
+    if (!(by > OVERLAPS)) continue;
+    for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d];
+    MPMPlaceWords(grid->dim, x, at);
+    s->c->beside = PETSC_TRUE;
+    PetscCall(MPMWarn(&s->core->print,
+                      "seen at t=%g s: along %c (-contact_%s_normal) the bodies of contact %s overlap by %.2g cells near "
+                      "%s, and pass through each other there; leave out -contact_%s_normal",
+                      (double)s->core->t, "xyz"[axis], pair->name, pair->name, (double)by, at, pair->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -313,6 +341,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       PetscCall(MPMContactForParticles(&s, pair, side, Tell));
   PetscCall(CollectEnds(&s));
   PetscCall(WarnThin(&s));
+  PetscCall(WarnBeside(&s));
   PetscCall(MakeSites(&s));
   PetscCall(MPMContactColumns(core));
   if (core->params.light > 0) PetscCall(MarkTouching(&s));

@@ -11,6 +11,7 @@
 #define SLOPES     0.02 /* m a point may be higher for each m that it lies farther out */
 #define DIRECTIONS 8    /* along a wall in 3-D; in 2-D there are two */
 #define TOUCHES    1e-6 /* cells: rigid bodies that are nearer meet */
+#define CROSSES    0.5  /* cells: a free body that reaches farther beyond a periodic face stops the run */
 #define CLOSES     50   /* steps in which a body that has sunk in comes out again, so that errors do not add up */
 
 PetscErrorCode MPMRigidsDestroy(MPMCore *core)
@@ -202,6 +203,30 @@ void MPMRigidsMove(MPMCore *core)
   for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
 }
 
+/* Leaves a reason to stop if a free body has come across a periodic face, at whose other side it does nothing. */
+static void CheckPeriodic(MPMCore *core, const MPMRigid *r)
+{
+  const MPMGrid *grid = &core->grid;
+
+  for (PetscInt face = 0; face < 2 * grid->dim && r->free && !core->stop[0]; face++) {
+    const PetscInt  axis  = face / 2;
+    const PetscReal plane = face % 2 ? grid->upper[axis] : grid->lower[axis], sign = face % 2 ? -1 : 1;
+    const PetscReal gap   = sign * (r->pivot[axis] + r->place[axis] - plane);
+    PetscReal       least = MPMRigidIsRound(r) ? gap - r->shape->radius : gap, x[3];
+
+    if (!grid->periodic[axis] || gap - r->reach > -CROSSES * grid->h[axis]) continue;
+    for (PetscInt k = 0; k < r->npoints && !MPMRigidIsRound(r); k++) {
+      MPMRigidPoint(r, k, x);
+      least = PetscMin(least, sign * (x[axis] - plane));
+    }
+    if (least < -CROSSES * grid->h[axis])
+      (void)snprintf(core->stop, sizeof core->stop,
+                     "the rigid body %s reaches %.3g m beyond the periodic face %s at t=%g s; rigid bodies do not cross "
+                     "periodic faces: enlarge the grid, or choose an earlier -time_end",
+                     r->name, (double)-least, MPMFaceNames[face], (double)core->t);
+  }
+}
+
 void MPMRigidsCheck(MPMCore *core)
 {
   PetscInt a, b;
@@ -222,12 +247,17 @@ void MPMRigidsCheck(MPMCore *core)
   for (PetscInt k = 0; k < core->rigids.n && !core->stop[0]; k++) {
     const MPMRigid *r = &core->rigids.body[k];
 
+    CheckPeriodic(core, r);
     for (PetscInt d = 0; d < core->grid.dim && r->free && !core->stop[0]; d++) {
       const PetscReal at = r->pivot[d] + r->place[d];
 
       if (!(at >= core->grid.lower[d] && at <= core->grid.upper[d]))
-        (void)snprintf(core->stop, sizeof core->stop, "the rigid body %s left the grid, to %c = %g m", r->name,
-                       "xyz"[d], (double)at);
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "the rigid body %s left the grid, to %c = %g m; enlarge the grid (-grid_%s), close it by a wall "
+                       "(-bc_%s_type), or choose an earlier -time_end",
+                       r->name, "xyz"[d], (double)at,
+                       at > core->grid.upper[d] ? "upper" : "lower",
+                       MPMFaceNames[2 * d + (at > core->grid.upper[d])]);
     }
   }
 }

@@ -94,7 +94,7 @@ PetscBool MPMContactsPush(const MPMCore *, const PetscInt ijk[], PetscReal e[]);
 
 /* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on walls at the
    present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsMove
-   moves all rigid bodies at the end of a step, and adds up the work on free ones; MPMRigidsCheck says in core->stop if two of them meet, or if one has left the grid. Not collective. */
+   moves all rigid bodies at the end of a step, and adds up the work on free ones; MPMRigidsCheck says in core->stop if two of them meet, or if a free one has left the grid or come across a periodic face. Not collective. */
 PetscErrorCode MPMRigidsDestroy(MPMCore *);
 PetscErrorCode MPMRigidsBegin(MPMCore *);
 PetscReal      MPMRigidsStand(MPMCore *);

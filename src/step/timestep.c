@@ -2,6 +2,8 @@
    derives the bounds. */
 #include "step/step.h"
 
+#define AROUND 4 /* cells: rigid bodies that are farther out of the grid do nothing to its nodes */
+
 /* Returns the speed that bounds dt, m/s: no particle crosses a cell in the total frame. */
 static PetscReal Speed(const MPMCore *core)
 {
@@ -49,9 +51,26 @@ void MPMDamp(MPMCore *core, const MPMMethod *method)
   if (method->rate > 0) core->params.flip = PetscExpReal(-method->rate * dt * c / h);
 }
 
+/* Returns how far a rigid body may come in a step, m: half a cell, or, if it does not turn, as far as it is from the nodes of
+   the grid and those around it. */
+static PetscReal MayMove(const MPMGrid *grid, const MPMRigid *r)
+{
+  const PetscReal h = MPMGridSmallestH(grid);
+  PetscReal       by = 0.5 * h;
+
+  if (r->spin[0] != 0 || r->spin[1] != 0 || r->spin[2] != 0) return by;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal at = r->pivot[d] + r->place[d], far = r->reach + AROUND * grid->h[d];
+
+    if (grid->periodic[d]) continue;
+    by = PetscMax(by, PetscMax(grid->lower[d] - at, at - grid->upper[d]) - far);
+  }
+  return by;
+}
+
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
-   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body that moves comes half
-   a cell far. */
+   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body that
+   moves comes as far as it may. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);
@@ -62,9 +81,9 @@ PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
   dt = time->cfl * h / Speed(core);
   dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
   for (PetscInt k = 0; k < core->rigids.n; k++) {
-    const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]);
+    const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]), far = MayMove(&core->grid, &core->rigids.body[k]);
 
-    if (speed * dt > 0.5 * h) dt = 0.5 * h / speed;
+    if (speed * dt > far) dt = far / speed;
   }
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
