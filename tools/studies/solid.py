@@ -27,7 +27,6 @@ METHODS = {"balanced": ("-method_preset balanced", 2), "solid": ("-method_preset
 GRIDS = {"bar": [8, 16, 32, 64, 128], "barx": [16, 32, 64, 128, 256, 512], "column": [16, 32, 64, 128, 256], "mms": [8, 16, 32, 64, 128], "shear": [8, 16, 32, 64, 128],
          "cantilever": [2, 4, 8, 16], "ring": [24, 48, 96, 192], "vortex": [30, 60, 120, 240], "pressure": [15, 30, 60]}
 SHORT, SHORT_TURNS = 0.5, 12  # s: runs that take less have more turns
-WANTED = {"ring": 0.5, "vortex": 0.5}  # the share of the error that is wanted, of the others a quarter
 COLUMNS = ["problem", "n", "method", "options", "error", "steps", "particles", "seconds"]
 
 
@@ -73,17 +72,19 @@ def read(folder):
 
 
 def table(results):
-    """The comparison at the grid of the tables, and the share on all grids."""
+    """The comparison at the grid of the tables, on that grid and at equal time, and the shares at equal time on all grids."""
     rows, lines = read(results.folder if os.path.exists(os.path.join(results.folder, "solid.csv")) else problems.DATA), []
     for problem in GRIDS:
-        old, new = ladder(rows, problem, "before"), ladder(rows, problem, "solid")
-        shares = {n: (at(new, t)[0] / e, at(new, t)[1]) for t, e, n in old}
         n = PROBLEMS[problem].common
-        t, e, _ = next(point for point in old if point[2] == n)
-        step = {method: float(rows[problem, n, method]["seconds"]) / int(rows[problem, n, method]["steps"]) for method in METHODS}
-        lines.append([f"{problem} {n}", f"{step['solid'] / step['before']:.2f}", f"{float(rows[problem, n, 'solid']['seconds']) / t:.2f}", f"{e:.2g}", f"{at(new, t)[0]:.2g}", f"{shares[n][0]:.2f}",
-                      f"{WANTED.get(problem, 0.25):g}", ", ".join(f"{share:.2f}" + ("*" if beyond else "") for share, beyond in shares.values())])
-    return markdown(["problem", "time of a step", "time of the run", "error of balanced", "of solid at equal time", "share", "wanted", "share on all grids, from coarse to fine"], lines)
+        cell = {method: rows[problem, n, method] for method in METHODS}
+        step = {method: float(row["seconds"]) / int(row["steps"]) for method, row in cell.items()}
+        shares = {}
+        for method in ("solid", "solid 3"):
+            found = ((k, *at(ladder(rows, problem, method), t), e) for t, e, k in ladder(rows, problem, "balanced"))
+            shares[method] = {k: f"{error / e:.2f}" + ("*" if beyond else "") for k, error, beyond, e in found}
+        lines.append([f"{problem} {n}", *(f"{step[method] / step['balanced']:.2f}" for method in shares), *(f"{float(row['error']):.2g}" for row in cell.values()),
+                      *(shares[method][n] for method in shares), ", ".join(shares["solid"].values())])
+    return markdown(["problem", "time of a step", "3 x 3", "error of balanced", "of solid", "3 x 3", "share at equal time", "3 x 3", "share on all grids, from coarse to fine"], lines)
 
 
 def main():
