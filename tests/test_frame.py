@@ -60,7 +60,7 @@ def check_bits():
              "-bc_ymax_type periodic", *body("box", 2, "vonmises", lower="0,0", upper=".6,1"), "-material_m_yield 3e3",
              '-body_b_velocity "x*sin(2*pi*y),0"', "-time_end 0.02", "-history_energy", "-history_walls xmin", "-damping_time 0.1"]
     cube = ["-grid_lower 0,0,0", "-grid_upper 1,1,1", "-grid_cells 13,13,13", "-bc_zmin_type slip", "-gravity 0,0,-9",
-            *body("sphere", 3, "elastic", center=".5,.5,.35", radius=".3"), "-time_max_steps 6", "-time_end 1"]
+            *body("sphere", 3, "elastic", center=".5,.5,.3", radius=".3"), "-time_max_steps 6", "-time_end 1"]
     for name, scene in (("bar", bar), ("plate", plate), ("cube", cube)):
         runs = check.at_once(lambda n: run(f"{name}{n}", scene, n=n), (1, 2, 3, 4))
         runs.append(run(f"{name}_pool", scene, "-parallel_strategy", "pool", "-pool_cells", "4", n=3))
@@ -163,7 +163,8 @@ def check_forces():
 
 
 def check_meets():
-    """Bodies that meet each other, or a wall that does not hold them, stop the run; what is joined at the start is told."""
+    """Bodies that meet each other, or a wall that does not hold them, stop the run; those that have nodes in common at the start
+    though they do not touch are refused, and those that touch are told. Each message names options with which the scene runs."""
     two = ["-dim 2", "-grid_lower 0,0", "-grid_upper 2,1", "-grid_cells 32,16", "-materials m", "-material_m_model neohookean", "-material_m_rho 1000",
            "-material_m_E 1e6", "-material_m_nu 0.3", "-bodies a,b", "-body_a_material m", "-body_b_material m", "-body_a_shape box",
            "-body_b_shape box", "-body_a_lower .25,.25", "-body_a_upper .5,.5", "-body_b_upper 1.5,.5", "-time_end 0.2"]
@@ -171,15 +172,27 @@ def check_meets():
     both = check.at_once(lambda n: run(f"far{n}", far, n=n, status=3), (1, 3))
     check.that("a and b have met, particles of both are in one cell" in both[0].err and both[0].digest == both[1].digest, "bodies that meet stop the run, at one step")
     check.that("in common" not in both[0].said and "touch" not in both[0].said, "bodies that are apart are not joined")
-    near = run("near", two + ["-body_b_lower .625,.25"], "-time_max_steps", 2).out
-    check.that("a and b have nodes in common though they do not touch" in near, "bodies that are near are joined, with a warning")
-    check.that("a and b touch at the start" in run("touch", two + ["-body_b_lower .5,.25"], "-time_max_steps", 2).out, "bodies that touch are joined, with a note")
+    near = two + ["-body_a_velocity 10,0"]
+    for gap in (0.1, 0.4, 1, 2):
+        refused = run("near", near + [f"-body_b_lower {.5 + gap / 16},.25"], status=2)
+        check.that(refused.err.startswith("a and b have nodes in common though they do not touch") and refused.err.count("\n") == 1, f"bodies {gap} cells apart are refused")
+    check.that(not check.pebble("-options_file", "near.opts", "-method_preset", "solid", "-parallel_strategy", "pool", n=3).good, "with a pool too")
+    for total in (["-method_preset", "solid"], ["-method_frame", "total"], ["-method_frame", "total", "-method_preset", "solid"]):
+        for name, scene, status, most in (("near", near + ["-body_b_lower .625,.25"], 2, ()), ("far", far, 3, ())):
+            use = re.search(r"use ((-method_\w+ \w+ ?)+)$", run(name, scene, *most, status=status, total=[*total, *TOTAL[2:]]).err.strip().splitlines()[0]).group(1).split()
+            options = dict(zip(total[::2], total[1::2])) | dict(zip(use[::2], use[1::2]))
+            run(name, scene, "-time_max_steps", 3, total=[word for pair in options.items() for word in pair] + list(TOTAL[2:]))
+    for name, shapes in (("boxes", ["-body_b_lower .5,.25"]), ("disks", ["-body_b_lower .5,.25", "-body_a_shape sphere", "-body_a_center .3,.4", "-body_a_radius .2"])):
+        scene = [line for line in two + shapes if name == "boxes" or not re.match("-body_a_(shape box|lower|upper)", line)]
+        check.that("a and b touch at the start" in run("touch", scene, "-time_max_steps", 2).out, f"{name} that touch are joined, with a note")
     one = ["-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 16,16", "-bc_ymin_type slip", *body("box", lower=".25,.5", upper=".75,.75"), "-body_b_velocity 0,-5",
            "-time_end 0.3"]
     check.that("b has met its wall ymin (slip)" in run("falls", one, status=3).err, "a wall that does not hold a body stops the run")
-    low = ["-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 16,16", "-bc_ymin_type slip", *body("box", lower=".25,.0625", upper=".75,.75"), "-time_max_steps 2",
-           "-time_end 0.3"]
-    check.that("b starts 1 cells inside of its wall ymin, nearer than" in run("low", low).out, "a wall that holds a body across a gap is told")
+    for wall in ("slip", "fixed"):
+        low = ["-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 16,16", f"-bc_ymin_type {wall}", *body("box", lower=".25,.0625", upper=".75,.75"), "-time_end 0.3"]
+        check.that("b starts 1 cells inside of its wall ymin, nearer than" in run("low", low, "-dry_run", status=2).err, f"a {wall} wall that would hold a body across a gap is refused")
+    ball = [*low[:4], *body("sphere", center=".51,.23", radius=".23"), "-time_end 0.3"]
+    check.that(run("ball", ball, "-time_max_steps", 2).good, "a disk that touches a wall is not")
 
 
 def check_flow():

@@ -1,6 +1,7 @@
 /* meet.c - bodies of the total frame that meet each other or a wall, of which that frame knows nothing: its nodes are those
    of the places at the start. Bodies that have nodes in common at the start are joined, and a wall holds the bodies that
-   reach its nodes at the start; nothing else acts between them. It is used after steps, and changes no state.
+   reach its nodes at the start; nothing else acts between them, and where they do not touch the scene is refused. It is
+   used before the first step and after steps, and changes no state.
 
    It looks when the fastest particle may have come a quarter of a cell farther, and after the last step. A body has met a wall that does not hold it
    where it lies beyond its plane; two bodies that are not joined have met where particles of both lie in one cell. It looks
@@ -8,6 +9,7 @@
    processes. */
 #include "advice/watch.h"
 #include "kernels/cell.h"
+#include "physics/distance.h"
 #include "physics/wall.h"
 
 #define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(F))
@@ -126,45 +128,91 @@ static PetscReal Inside(const Look *l, PetscInt b, PetscInt face, PetscReal pass
   return face % 2 ? grid->upper[face / 2] + passed + own : own - grid->lower[face / 2] - passed;
 }
 
-/* Finds which walls hold which bodies and which bodies are joined, and says so where they do not touch. Collective on
+/* Returns the gap of body a at the start, m, to body b, or if `face` >= 0 to the plane of that face; or PETSC_MIN_REAL if a
+   shape of the two has no distance. A ball around a particle of a that reaches to the surface of a lies in a, so the sum of
+   the particle's distances from both is never less than the gap, and the least is the gap where surfaces are flat. At one
+   of radius R it is too large by y^2/(2 R), y: how far the particle is beside the nearest place. Collective on
    exchange.data. */
-static PetscErrorCode Begin(MPMWatch *w, Look *l)
+static PetscErrorCode Gap(const Look *l, PetscInt a, PetscInt b, PetscInt face, PetscReal *gap)
+{
+  const MPMRegion *A = &l->scene->bodies[a].region, *B = &l->scene->bodies[b].region;
+  const MPMGrid   *grid = &l->core->grid;
+  PetscReal        n[3];
+
+  PetscFunctionBeginUser;
+  *gap = PETSC_MIN_REAL;
+  if (!MPMRegionHasDistance(A) || !MPMRegionHasDistance(B)) PetscFunctionReturn(PETSC_SUCCESS);
+  *gap = PETSC_MAX_REAL;
+  for (PetscInt p = 0; p < l->view.n; p++) {
+    const PetscReal *X = PlaceOf(l, PETSC_TRUE, p);
+    PetscReal        far;
+
+    if (l->body[p] != a) continue;
+    if (face < 0)
+      far = MPMRegionDistance(B, grid->dim, X, n);
+    else
+      far = face % 2 ? grid->upper[face / 2] - X[face / 2] : X[face / 2] - grid->lower[face / 2];
+    *gap = PetscMin(*gap, far + MPMRegionDistance(A, grid->dim, X, n));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, gap, 1, MPIU_REAL, MPI_MIN, l->core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether a gap, m, is too small to be one. */
+static PetscBool IsClosed(const Look *l, PetscInt a, PetscReal gap)
+{
+  PetscReal spacing = PETSC_MAX_REAL;
+
+  for (PetscInt d = 0; d < l->core->grid.dim; d++) spacing = PetscMin(spacing, l->scene->bodies[a].b[d]);
+  return gap < MPM_BOUND_touch * spacing ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Finds which walls hold which bodies and which bodies are joined; refuses those of them that do not touch, and says which
+   do. Collective on exchange.data. */
+static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
 {
   const PetscInt nb = l->scene->nbodies;
+  PetscReal      gap;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2(6 * nb, &w->held, nb * nb, &w->joined));
   PetscCall(FindBounds(l, PETSC_TRUE));
   for (PetscInt b = 0; b < nb; b++)
-    for (PetscInt k = 0; k < 2 * l->core->grid.dim; k++) {
-      const PetscReal in = Inside(l, b, k, 0), h = l->core->grid.h[k / 2], spacing = l->scene->bodies[b].b[k / 2];
+    for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+      const PetscReal in = Inside(l, b, k, 0), h = core->grid.h[k / 2], spacing = l->scene->bodies[b].b[k / 2];
 
-      if (!Holds(l, k) || !(in < 0.5 * h * (PetscReal)MPMBasisNodes(l->core->basis))) continue;
+      if (!Holds(l, k) || !(in < 0.5 * h * (PetscReal)MPMBasisNodes(core->basis))) continue;
       w->held[6 * b + k] = PETSC_TRUE;
-      if (spacing > 0 && in > spacing && !w->joins)
-        PetscCall(MPMWarn(&l->core->print,
-                          "%s starts %.3g cells inside of its wall %s, nearer than the nodes of the wall reach: in the "
-                          "total frame that wall holds it from the start; use finer cells, or -method_frame updated",
-                          l->scene->bodies[b].name, (double)((in - 0.5 * spacing) / h), MPMFaceNames[k]));
+      if (w->joins || core->stop[0]) continue;
+      PetscCall(Gap(l, b, b, k, &gap));
+      if (gap == PETSC_MIN_REAL && in > spacing) gap = in - 0.5 * spacing;
+      if (IsClosed(l, b, gap)) continue;
+      (void)snprintf(core->stop, sizeof core->stop,
+                     "%s starts %.3g cells inside of its wall %s, nearer than the nodes of the wall reach: in the total "
+                     "frame that wall would hold it from the start; put it at the wall or farther away, use finer cells, "
+                     "or use %s",
+                     l->scene->bodies[b].name, (double)(gap / h), MPMFaceNames[k], w->use);
     }
   for (PetscInt a = 0; a < nb; a++)
     for (PetscInt b = a + 1; b < nb; b++) {
       PetscBool touch;
 
       PetscCall(ShareCells(l, PETSC_TRUE, STENCIL, a, b, &w->joined[a * nb + b]));
-      if (!w->joined[a * nb + b] || w->joins) continue;
-      PetscCall(ShareCells(l, PETSC_TRUE, SPACING, a, b, &touch));
+      if (!w->joined[a * nb + b] || w->joins || core->stop[0]) continue;
+      PetscCall(Gap(l, a, b, -1, &gap));
+      touch = IsClosed(l, a, gap);
+      if (gap == PETSC_MIN_REAL) PetscCall(ShareCells(l, PETSC_TRUE, SPACING, a, b, &touch));
       if (touch)
-        PetscCall(MPMNote(&l->core->print,
-                          "%s and %s touch at the start: in the total frame they are one piece for ever",
+        PetscCall(MPMNote(&core->print, "%s and %s touch at the start: in the total frame they are one piece for ever",
                           l->scene->bodies[a].name, l->scene->bodies[b].name));
       else
-        PetscCall(MPMWarn(&l->core->print,
-                          "%s and %s have nodes in common though they do not touch: in the total frame these join "
-                          "them from the start; use finer cells, or -method_frame updated",
-                          l->scene->bodies[a].name, l->scene->bodies[b].name));
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "%s and %s have nodes in common though they do not touch: in the total frame these would join "
+                       "them for ever; put them together or farther apart, use finer cells, or use %s",
+                       l->scene->bodies[a].name, l->scene->bodies[b].name, w->use);
     }
-  w->joins = PETSC_TRUE;
+  w->refused = (PetscBool)(core->stop[0] != 0);
+  w->joins   = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,14 +228,14 @@ static PetscErrorCode LookAtWalls(MPMWatch *w, Look *l, MPMCore *core)
       if (!Holds(l, k) || !(in < 0)) continue;
       if (!w->held[6 * b + k] && !core->stop[0])
         (void)snprintf(core->stop, sizeof core->stop,
-                       "%s has met its wall %s (%s), and -method_frame total has no contact; use -method_frame updated",
-                       l->scene->bodies[b].name, MPMFaceNames[k], wall);
+                       "%s has met its wall %s (%s), and the total frame has no contact; use %s",
+                       l->scene->bodies[b].name, MPMFaceNames[k], wall, w->use);
       else if (w->held[6 * b + k] && !w->passed && -in > MPM_BOUND_passed * core->grid.h[k / 2]) {
         w->passed = PETSC_TRUE;
         PetscCall(
             MPMWarn(&core->print,
                     "seen at t=%g s: %s reaches %.3g m beyond the plane of its wall %s (%s), beside the place where "
-                    "that holds it; -method_frame total has no contact there",
+                    "that holds it; the total frame has no contact there",
                     (double)core->t, l->scene->bodies[b].name, (double)-in, MPMFaceNames[k], wall));
       }
     }
@@ -228,13 +276,42 @@ static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
   (void)snprintf(what, sizeof what,
                  "particle %" PetscInt64_FMT
                  " of %s at %s is squeezed to %.2g of its length, and plastic laws are known to "
-                 "be right in the total frame down to %g; use -method_frame updated",
+                 "be right in the total frame down to %g; use %s",
                  flat.key / 16, l->scene->bodies[MPMBodyOf(l->scene, flat.key / 16, 0)].name, at,
-                 (double)PetscSqrtReal(-flat.value), (double)MPM_BOUND_squeezed);
+                 (double)PetscSqrtReal(-flat.value), (double)MPM_BOUND_squeezed, w->use);
   if (w->may_leave && !w->squeezed) PetscCall(MPMWarn(&core->print, "seen at t=%g s: %s", (double)core->t, what));
   if (!w->may_leave && !core->stop[0])
     (void)snprintf(core->stop, sizeof core->stop, "%.1500s, or go on all the same (-check_law warn)", what);
   w->squeezed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begin and end a look at the particles. Not collective. */
+static PetscErrorCode Open(Look *l, MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, FIELDS, &l->view));
+  PetscCall(PetscMalloc2(PetscMax(1, l->view.n), &l->body, 6 * l->scene->nbodies, &l->bound));
+  for (PetscInt p = 0, b = 0; p < l->view.n; p++) l->body[p] = b = MPMBodyOf(l->scene, l->view.id[p], b);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Close(Look *l, MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree2(l->body, l->bound));
+  PetscCall(MPMParticlesRestoreView(&core->particles, FIELDS, &l->view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMMeetBegin(MPMWatch *w, MPMCore *core, const MPMScene *scene)
+{
+  Look l = {.core = core, .scene = scene};
+
+  PetscFunctionBeginUser;
+  PetscCall(Open(&l, core));
+  PetscCall(Begin(w, &l, core));
+  PetscCall(Close(&l, core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,33 +322,25 @@ PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene, Pe
 
   PetscFunctionBeginUser;
   w->moved += core->params.dt * PetscSqrtReal(core->status.v2);
-  if (w->held && w->moved < far && !last) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMParticlesGetView(&core->particles, FIELDS, &l.view));
-  PetscCall(PetscMalloc2(PetscMax(1, l.view.n), &l.body, 6 * scene->nbodies, &l.bound));
-  for (PetscInt p = 0, b = 0; p < l.view.n; p++) l.body[p] = b = MPMBodyOf(scene, l.view.id[p], b);
-  if (!w->held) PetscCall(Begin(w, &l));
-  if (w->moved >= far || last) {
-    if (w->moved >= far)
-      w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
-    PetscCall(FindBounds(&l, PETSC_FALSE));
-    PetscCall(LookAtWalls(w, &l, core));
-    PetscCall(LookAtFlow(w, &l, core));
-    for (PetscInt a = 0; a < scene->nbodies; a++)
-      for (PetscInt b = a + 1; b < scene->nbodies && !core->stop[0]; b++) {
-        PetscBool meet;
+  if (w->moved < far && !last) PetscFunctionReturn(PETSC_SUCCESS);
+  if (w->moved >= far) w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
+  PetscCall(Open(&l, core));
+  PetscCall(FindBounds(&l, PETSC_FALSE));
+  PetscCall(LookAtWalls(w, &l, core));
+  PetscCall(LookAtFlow(w, &l, core));
+  for (PetscInt a = 0; a < scene->nbodies; a++)
+    for (PetscInt b = a + 1; b < scene->nbodies && !core->stop[0]; b++) {
+      PetscBool meet;
 
-        if (w->joined[a * scene->nbodies + b]) continue;
-        PetscCall(ShareCells(&l, PETSC_FALSE, OWN, a, b, &meet));
-        if (meet)
-          (void)snprintf(
-              core->stop, sizeof core->stop,
-              "%s and %s have met, particles of both are in one cell, and -method_frame total has no contact; "
-              "use -method_frame updated",
-              scene->bodies[a].name, scene->bodies[b].name);
-      }
-  }
-  PetscCall(PetscFree2(l.body, l.bound));
-  PetscCall(MPMParticlesRestoreView(&core->particles, FIELDS, &l.view));
+      if (w->joined[a * scene->nbodies + b]) continue;
+      PetscCall(ShareCells(&l, PETSC_FALSE, OWN, a, b, &meet));
+      if (meet)
+        (void)snprintf(
+            core->stop, sizeof core->stop,
+            "%s and %s have met, particles of both are in one cell, and the total frame has no contact; use %s",
+            scene->bodies[a].name, scene->bodies[b].name, w->use);
+    }
+  PetscCall(Close(&l, core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -54,8 +54,10 @@ typedef struct {
   /* Of the total frame (meet.c): how far the fastest particle may have come since the last look, m; which walls hold
      which bodies, and which bodies are joined; what has been told. */
   PetscReal  moved;
-  PetscBool *held, *joined; /* [nbodies][6]; [nbodies][nbodies]; NULL before the first look */
+  PetscBool *held, *joined; /* [nbodies][6]; [nbodies][nbodies] */
   PetscBool  joins, passed, squeezed;
+  PetscBool  refused;            /* is core.stop a fault of the scene? */
+  char       use[MPM_NAME_LEN]; /* the options by which the scene would run in the updated frame */
 
   MPMNeighbours *neighbours; /* [nbodies]; NULL: matter that parts is not looked for */
 } MPMWatch;
@@ -88,8 +90,10 @@ void           MPMPartingTell(const MPMWatch *, const MPMCore *, const MPMScene 
                               char text[MPM_TEXT_LEN]);
 void           MPMPartingCure(const MPMScene *, PetscInt dim, const MPMFound *, char text[MPM_TEXT_LEN]);
 
-/* Looks, after a step of the total frame, whether bodies have met each other or a wall (meet.c), which it leaves in
-   core.stop; the first look finds what is joined. Collective on exchange.data. MPMMeetDestroy frees what it keeps. */
+/* Of the total frame (meet.c): finds, when particles are made and a restart is read, which bodies are joined or held, and
+   leaves in core.stop which of them do not touch; looks after a step whether bodies have met each other or a wall, which it
+   leaves in core.stop. Collective on exchange.data. MPMMeetDestroy frees what is kept. */
+PetscErrorCode MPMMeetBegin(MPMWatch *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMeetLook(MPMWatch *, MPMCore *, const MPMScene *, PetscBool last);
 PetscErrorCode MPMMeetDestroy(MPMWatch *);
 

@@ -18,7 +18,7 @@ static PetscErrorCode Run(MPM mpm, int *status)
     PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", mpm->core.stop));
   else
     PetscCall(MPMRun(mpm));
-  *status = mpm->core.stop[0] ? MPM_EXIT_STOPPED : MPM_EXIT_OK;
+  *status = mpm->core.stop[0] ? (mpm->watch.refused ? MPM_EXIT_INPUT : MPM_EXIT_STOPPED) : MPM_EXIT_OK;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

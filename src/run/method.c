@@ -72,12 +72,15 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
   PetscBool       framed;
-  char            by[2 * MPM_NAME_LEN], use[MPM_NAME_LEN];
+  char            by[2 * MPM_NAME_LEN], *use = mpm->watch.use;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
   (void)snprintf(by, sizeof by, framed ? "-method_frame total" : "-method_preset %s", mpm->preset->name);
-  (void)snprintf(use, sizeof use, framed ? "-method_frame updated" : "-method_preset balanced");
+  (void)snprintf(use, sizeof mpm->watch.use, "%s",
+                 !framed             ? "-method_preset balanced"
+                 : mpm->preset_given ? "-method_preset balanced -method_frame updated"
+                                     : "-method_frame updated");
   for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++) {
     char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
     PetscBool given;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What the preset `solid` gains: errors and the time of the steps on ladders of grids, of it and of what `balanced` was when
-the total frame was begun (BEFORE), into docs/data/solid.csv; and the table that compares the two at equal time.
+"""What the preset `solid` gains: errors and the time of the steps on ladders of grids, of it and of `balanced`,
+into docs/data/solid.csv; and the table that compares the two at equal time.
 
     solid.py                      what is missing; --again: all;  --problems bar mms: these alone
 
@@ -8,7 +8,7 @@ The time of the steps is the least of several turns, in which the methods run on
 phases, or if they take longer than 0.1 s its processor time less that of a run of no step, if that is less, so that other work
 on the machine counts little.
 
-At equal time. The error of `solid` at the time that BEFORE takes on a grid is read from its own errors over time, by straight
+At equal time. The error of `solid` at the time that `balanced` takes on a grid is read from its own errors over time, by straight
 lines between grids in logarithms; beyond its ladder it is that of the nearest grid, and marked so by the table.
 """
 import argparse
@@ -23,11 +23,10 @@ import run  # noqa: E402
 from marks import markdown  # noqa: E402
 from problems import PROBLEMS  # noqa: E402
 
-METHODS = {"before": "-method_preset balanced -method_rim whole -dt_cfl 0.4", "solid": "-method_preset solid"}
+METHODS = {"balanced": ("-method_preset balanced", 2), "solid": ("-method_preset solid", 2), "solid 3": ("-method_preset solid", 3)}  # and particles a cell and axis
 GRIDS = {"bar": [8, 16, 32, 64, 128], "barx": [16, 32, 64, 128, 256, 512], "column": [16, 32, 64, 128, 256], "mms": [8, 16, 32, 64, 128], "shear": [8, 16, 32, 64, 128],
-         "cantilever": [2, 4, 8, 16], "ring": [24, 48, 96, 192], "vortex": [30, 60, 120, 240]}
+         "cantilever": [2, 4, 8, 16], "ring": [24, 48, 96, 192], "vortex": [30, 60, 120, 240], "pressure": [15, 30, 60]}
 SHORT, SHORT_TURNS = 0.5, 12  # s: runs that take less have more turns
-WANTED = {"ring": 0.5, "vortex": 0.5}  # the share of the error that is wanted, of the others a quarter
 COLUMNS = ["problem", "n", "method", "options", "error", "steps", "particles", "seconds"]
 
 
@@ -36,9 +35,9 @@ def measure(program, out, problem, n, turns, rows):
     for turn in range(SHORT_TURNS):
         if turn >= turns and any(float(row["seconds"]) > SHORT for row in found.values()):
             break
-        for method, options in METHODS.items():
+        for method, (options, ppc) in METHODS.items():
             folder = run.folder_of(out, problem, method, n)
-            words = [*problems.options(problem, n, 2, folder), *options.split(), "-report_phases", "true"]
+            words = [*problems.options(problem, n, ppc, folder), *options.split(), "-report_phases", "true"]
             done, whole = run.processor_time(program, folder, words)
             seconds = float(done.find(r"^  all +\S+ +\S+ +\S+ +(\S+)") or "inf") * int(done.find(r"^done +(\d+) steps"))
             if seconds > 0.1:
@@ -73,17 +72,19 @@ def read(folder):
 
 
 def table(results):
-    """The comparison at the grid of the tables, and the share on all grids."""
+    """The comparison at the grid of the tables, on that grid and at equal time, and the shares at equal time on all grids."""
     rows, lines = read(results.folder if os.path.exists(os.path.join(results.folder, "solid.csv")) else problems.DATA), []
     for problem in GRIDS:
-        old, new = ladder(rows, problem, "before"), ladder(rows, problem, "solid")
-        shares = {n: (at(new, t)[0] / e, at(new, t)[1]) for t, e, n in old}
         n = PROBLEMS[problem].common
-        t, e, _ = next(point for point in old if point[2] == n)
-        step = {method: float(rows[problem, n, method]["seconds"]) / int(rows[problem, n, method]["steps"]) for method in METHODS}
-        lines.append([f"{problem} {n}", f"{step['solid'] / step['before']:.2f}", f"{float(rows[problem, n, 'solid']['seconds']) / t:.2f}", f"{e:.2g}", f"{at(new, t)[0]:.2g}", f"{shares[n][0]:.2f}",
-                      f"{WANTED.get(problem, 0.25):g}", ", ".join(f"{share:.2f}" + ("*" if beyond else "") for share, beyond in shares.values())])
-    return markdown(["problem", "time of a step", "time of the run", "error of balanced", "of solid at equal time", "share", "wanted", "share on all grids, from coarse to fine"], lines)
+        cell = {method: rows[problem, n, method] for method in METHODS}
+        step = {method: float(row["seconds"]) / int(row["steps"]) for method, row in cell.items()}
+        shares = {}
+        for method in ("solid", "solid 3"):
+            found = ((k, *at(ladder(rows, problem, method), t), e) for t, e, k in ladder(rows, problem, "balanced"))
+            shares[method] = {k: f"{error / e:.2f}" + ("*" if beyond else "") for k, error, beyond, e in found}
+        lines.append([f"{problem} {n}", *(f"{step[method] / step['balanced']:.2f}" for method in shares), *(f"{float(row['error']):.2g}" for row in cell.values()),
+                      *(shares[method][n] for method in shares), ", ".join(shares["solid"].values())])
+    return markdown(["problem", "time of a step", "3 x 3", "error of balanced", "of solid", "3 x 3", "share at equal time", "3 x 3", "share on all grids, from coarse to fine"], lines)
 
 
 def main():
