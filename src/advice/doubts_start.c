@@ -363,10 +363,10 @@ static PetscErrorCode NoteSticks(MPMCore *core, const MPMScene *scene)
         const PetscReal  gap = PetscMax(A[3 + d] + B[d], B[3 + d] + A[d]); /* between the centres of particles */
 
         if (!(gap > 2 * core->grid.h[d] && scene->bodies[a].v2 + scene->bodies[b].v2 > 0)) continue;
-        PetscCall(MPMNote(&core->print,
-                          "where %s and %s meet they act on each other from about a cell apart, stick, and do not "
-                          "slide; -contact_mu 0.3 lets bodies touch, slide and part",
-                          scene->bodies[a].name, scene->bodies[b].name));
+        PetscCall(MPMPrint(&core->print,
+                           "contact    none: where %s and %s meet they act on each other from about a cell apart, stick, "
+                           "and do not slide; -contact_mu 0.3 lets bodies touch, slide and part\n",
+                           scene->bodies[a].name, scene->bodies[b].name));
         PetscCall(PetscFree(box));
         PetscFunctionReturn(PETSC_SUCCESS);
       }

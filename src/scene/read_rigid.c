@@ -259,8 +259,7 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a shape that ends at a face of the grid would go on beyond it without what cuts it there, by ACROSS places
-   along each other axis; sign: along the axis of the face into the grid. */
+/* Returns whether a shape that ends at a face goes on beyond it without its cuts; sign: along the axis into the grid. */
 static PetscBool IsCutBy(const MPMRegion *r, const MPMGrid *grid, PetscInt axis, PetscReal plane, PetscReal sign)
 {
   MPMRegion alone = *r;
@@ -288,8 +287,7 @@ static PetscBool IsCutBy(const MPMRegion *r, const MPMGrid *grid, PetscInt axis,
   return PETSC_FALSE;
 }
 
-/* Refuses a free body that lies in a wall at the start, which would push it out in a step; one that a plane of symmetry
-   cuts; and one that starts where it would have left the grid. */
+/* Refuses a free body that starts in a wall or beyond the grid, or that a plane of symmetry cuts. */
 static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o, const MPMRigid *r)
 {
   const MPMGrid *grid = &core->grid;
