@@ -2,7 +2,7 @@
 
 usage: verify_contact.py PEBBLE SOURCE MPIEXEC PART GRIDS
 
-PART: bars slope rolling ball hertz disks turned rest float methods footing brake wedge friction. GRIDS: coarse (the first grid alone) or all. Every
+PART: bars slope rolling ball hertz drop disks turned rest float methods footing brake wedge friction. GRIDS: coarse (the first grid alone) or all. Every
 row says what was measured, what is exact, and what is allowed.
 
 Blocks on slopes and disks that roll get their weight within 0.2 s, so that they do not bounce; what is exact then follows from
@@ -444,8 +444,27 @@ def friction(how):
             row(abs(lost - 1) <= 0.03 and off <= 0.01, f"energy lost to friction, slope at {tilt}, H/h {0.5 / h:.0f}", f"{lost:.4f} of the exact one; not explained {off:.5f}", "1, 0", "3 %, 1 % of the largest")
 
 
+# ---- A rigid ball drops on an elastic block, beside Hertz: the largest force and the time of contact. The contact grows to a
+# quarter of the radius; the block is six times as wide as it to each side, and eight times as deep.
+def drop(how):
+    E, nu, R, v = 1e6, 0.3, 0.4, 0.6
+    stiff = E / (1 - nu ** 2)
+    deepest = 0.1 ** 2 / R
+    mass = 16 / 15 * stiff * math.sqrt(R) * deepest ** 2.5 / v ** 2
+    force, time = 4 / 3 * stiff * math.sqrt(R) * deepest ** 1.5, 2.943 * deepest / v
+    for h in grids((0.05, 0.025), how):
+        scene = {"dim": 3, "grid_lower": "-0.6,-0.6,-0.8", "grid_upper": "0.6,0.6,1", "grid_h": vector([h] * 3), **materials(m=E), "bodies": "block,ball", **{f"bc_{face}_type": "slip" for face in
+                 ("xmin", "xmax", "ymin", "ymax", "zmin")}, **body("block", "m", "box", lower="-0.6,-0.6,-0.8", upper="0.6,0.6,0", ppc="2,2,2"), "body_ball_rigid": "free", "body_ball_shape": "sphere",
+                 "body_ball_center": f"0,0,{R + 0.1 * h}", "body_ball_radius": R, "body_ball_mass": mass, "body_ball_velocity": f"0,0,{-v}", "time_end": 1.6 * time, "history_every": time / 50, "history_bodies": "ball"}
+        found = simulate(f"drop{h}", scene)
+        t, F = found["time"], found["reaction_ball_z"]
+        pushes = np.abs(F) > 0.01 * force
+        most, lasts, back = np.abs(F).max() / force, (t[pushes][-1] - t[pushes][0]) / time, found["velocity_ball_z"][-1] / v
+        row(abs(most - 1) <= 0.1 and abs(lasts - 1) <= 0.1, f"a rigid ball drops, {0.2 / h:.0f} cells in the contact", f"force {most:.3f} of Hertz's, time {lasts:.3f}, rebound {back:.3f}", "1, 1", "10 %")
+
+
 PARTS = {"bars": bars, "slope": slope, "rolling": rolling, "ball": ball, "hertz": hertz, "disks": disks, "turned": turned, "rest": rest, "float": floats,
-         "methods": methods, "footing": footing, "brake": brake, "wedge": wedge, "friction": friction}
+         "methods": methods, "drop": drop, "footing": footing, "brake": brake, "wedge": wedge, "friction": friction}
 
 if __name__ == "__main__":
     part, how = check.arguments(__doc__, 2)
