@@ -27,7 +27,7 @@ static PetscErrorCode CheckEvent(const MPMTimers *t, PetscInt timer)
 static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *transfer, PetscInt order)
 {
   static MPMCore  core;
-  const MPMMethod method = {scheme, transfer, 0, 0};
+  const MPMMethod method = {.scheme = scheme, .transfer = transfer};
   const PetscInt  rounds = transfer->rounds == MPM_CORRECT ? order - 1 : order; /* three phases each */
   PetscInt        n = 0, from = 0;                                              /* from: where the rounds begin */
 
