@@ -220,6 +220,20 @@ def check_rubs():
         check.that(re.search(line, done.out) if line else "any surfaces" not in done.out, f"friction {value}: {line or 'no warning'}")
 
 
+def check_told():
+    """Where bodies lie apart and no contact names them, a run says what they will do: along an axis, along a diagonal in 2-D and 3-D, at
+    rest under gravity; where they touch, or have a contact, it says nothing of it."""
+    for dim, at, more, said in ((2, (0.6, 0.2), "", True), (2, (0.5, 0.5), "", True), (3, (0.46, 0.46, 0.46), "", True), (2, (0.2, 0.6), "-gravity 0,-10", True), (2, (0.4, 0.2), "", False),
+                                (2, (0.6, 0.2), "-contact_mu 0", False)):
+        text = lambda values: ",".join(map(str, values))
+        lines = [f"-dim {dim}", "-grid_lower " + text([0] * dim), "-grid_upper " + text([1] * dim), "-grid_cells " + text([20] * dim), "-materials m", "-material_m_model neohookean", "-material_m_rho 1000",
+                 "-material_m_E 1e4", "-material_m_nu 0.3", "-bodies a,b", "-time_end 1", *more.split("\n")]
+        for name, center in (("a", [0.2] * dim), ("b", at)):
+            lines += [f"-body_{name}_shape sphere", f"-body_{name}_center " + text(center), f"-body_{name}_radius 0.1", f"-body_{name}_material m"]
+        done = check.must("-options_file", check.write("told.opts", lines), "-dry_run")
+        check.that(("contact    none: where a and b meet" in done.out) == said, f"balls at 0.2 and {at} {more}: it is {'' if said else 'not '}said that they will stick")
+
+
 def check_presets():
     """What a collision loses, as the line of the preset says it, without contact and with it: disks 8 cells across, along a diagonal and
     along x."""
@@ -265,6 +279,7 @@ check_piston()
 check_many()
 check_files()
 check_rubs()
+check_told()
 check_presets()
 check_equal()
 check.end()

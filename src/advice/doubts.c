@@ -369,7 +369,7 @@ static PetscErrorCode WarnRubs(const MPMPrinter *print, const char before[], con
   if (mu > MPM_BOUND_rubs && mu < 90)
     PetscCall(MPMWarn(print, "%s %g is more than any surfaces have; if an angle of %g degrees is meant, write %.3g", option,
                       (double)mu, (double)mu, (double)PetscTanReal(mu * PETSC_PI / 180)));
-  else if (mu >= 90 && mu < 1e6) /* more is meant */
+  else if (mu >= 90 && mu < MPM_BOUND_sticks)
     PetscCall(MPMWarn(print,
                       "%s %g is more than any surfaces have; nothing slides with -contact_<c>_stick, and at a wall of type "
                       "fixed",

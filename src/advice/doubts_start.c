@@ -332,48 +332,6 @@ static PetscErrorCode WarnTied(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells of bodies that start apart and move, but that no contact names: they will stick together. Collective on
-   exchange.data. */
-static PetscErrorCode NoteSticks(MPMCore *core, const MPMScene *scene)
-{
-  const PetscInt dim = core->grid.dim, n = scene->nfilled;
-  PetscReal     *box, fastest = 0;
-  MPMView        view;
-
-  PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < n; k++) fastest = PetscMax(fastest, scene->bodies[k].v2);
-  if (core->contacts || core->grid.total || n < 2 || !(fastest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(6 * n, &box)); /* of each body the least -x, and the least x */
-  for (PetscInt k = 0; k < 6 * n; k++) box[k] = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal *at = box + 6 * MPMBodyOf(scene, view.id[p], 0);
-
-    for (PetscInt d = 0; d < dim; d++) {
-      at[d]     = PetscMin(at[d], -view.x[p * dim + d]);
-      at[3 + d] = PetscMin(at[3 + d], view.x[p * dim + d]);
-    }
-  }
-  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, (PetscMPIInt)(6 * n), MPIU_REAL, MPIU_MIN, core->exchange.data));
-  for (PetscInt a = 0; a < n; a++)
-    for (PetscInt b = a + 1; b < n; b++)
-      for (PetscInt d = 0; d < dim; d++) {
-        const PetscReal *A = box + 6 * a, *B = box + 6 * b;
-        const PetscReal  gap = PetscMax(A[3 + d] + B[d], B[3 + d] + A[d]); /* between the centres of particles */
-
-        if (!(gap > 2 * core->grid.h[d] && scene->bodies[a].v2 + scene->bodies[b].v2 > 0)) continue;
-        PetscCall(MPMPrint(&core->print,
-                           "contact    none: where %s and %s meet they act on each other from about a cell apart, stick, "
-                           "and do not slide; -contact_mu 0.3 lets bodies touch, slide and part\n",
-                           scene->bodies[a].name, scene->bodies[b].name));
-        PetscCall(PetscFree(box));
-        PetscFunctionReturn(PETSC_SUCCESS);
-      }
-  PetscCall(PetscFree(box));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscBool restarted)
 {
   PetscFunctionBeginUser;
@@ -384,7 +342,6 @@ PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTim
     PetscCall(WarnShapes(core, scene));
     PetscCall(WarnOnWalls(core, scene));
     PetscCall(WarnTied(core));
-    PetscCall(NoteSticks(core, scene));
   }
   PetscCall(WarnCuts(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);

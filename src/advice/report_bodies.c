@@ -80,6 +80,67 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Directions along which it is seen whether bodies lie apart, those of 1-D, 2-D and 3-D first. */
+static const PetscInt  ways[][3] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0}, {0, 0, 1},  {1, 0, 1},  {1, 0, -1},
+                                    {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
+static const PetscInt nways[]    = {1, 4, 13};
+#define WAYS (sizeof ways / sizeof ways[0])
+
+/* Returns whether two bodies lie more than two cells apart along a direction. A, B [WAYS][2]: how far the centres of their
+   particles reach along each direction and against it, m, or PETSC_MIN_REAL if there are none. */
+static PetscBool AreApart(const MPMGrid *grid, PetscReal A[][2], PetscReal B[][2])
+{
+  if (A[0][0] == PETSC_MIN_REAL || B[0][0] == PETSC_MIN_REAL) return PETSC_FALSE;
+  for (PetscInt k = 0; k < nways[grid->dim - 1]; k++) {
+    PetscReal cell2 = 0;
+
+    for (PetscInt d = 0; d < grid->dim; d++) cell2 += PetscSqr((PetscReal)ways[k][d] * grid->h[d]);
+    if (PetscMax(-A[k][0] - B[k][1], -A[k][1] - B[k][0]) > 2 * PetscSqrtReal(cell2)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Prints what bodies that lie apart will do where they meet, if there is no contact. Collective on exchange.data. */
+static PetscErrorCode ReportSticking(MPMCore *core, const MPMScene *scene)
+{
+  const PetscInt dim = core->grid.dim, nb = scene->nbodies;
+  PetscReal(*reach)[WAYS][2]; /* [nb] */
+  PetscMPIInt count;
+  MPMView     view;
+  PetscBool   told = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (core->contacts || core->grid.total || nb < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(nb, &reach));
+  for (PetscInt b = 0; b < nb; b++)
+    for (size_t k = 0; k < WAYS; k++) reach[b][k][0] = reach[b][k][1] = PETSC_MIN_REAL;
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
+  for (PetscInt p = 0, b = 0; p < view.n; p++) {
+    b = MPMBodyOf(scene, view.id[p], b);
+    for (PetscInt k = 0; k < nways[dim - 1]; k++) {
+      PetscReal along = 0;
+
+      for (PetscInt d = 0; d < dim; d++) along += (PetscReal)ways[k][d] * view.x[p * dim + d];
+      reach[b][k][0] = PetscMax(reach[b][k][0], along);
+      reach[b][k][1] = PetscMax(reach[b][k][1], -along);
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
+  PetscCall(PetscMPIIntCast((PetscInt)(2 * WAYS) * nb, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, reach, count, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  for (PetscInt a = 0; a < nb; a++)
+    for (PetscInt b = a + 1; b < nb && !told; b++) {
+      if (!AreApart(&core->grid, reach[a], reach[b])) continue;
+      told = PETSC_TRUE;
+      PetscCall(MPMPrint(&core->print,
+                         "contact    none: where %s and %s meet they act on each other from about a cell apart, stick, "
+                         "and do not slide; -contact_mu 0.3 lets bodies touch, slide and part\n",
+                         scene->bodies[a].name, scene->bodies[b].name));
+    }
+  PetscCall(PetscFree(reach));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 {
   const PetscInt shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
@@ -103,5 +164,6 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
                        "body       and %" PetscInt_FMT " more bodies with %" PetscInt64_FMT " particles together\n",
                        scene->nbodies - shown, n[shown]));
   PetscCall(ReportContacts(core, scene));
+  PetscCall(ReportSticking(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

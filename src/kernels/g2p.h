@@ -211,14 +211,15 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       continue;
     }
     if (parts & MPM_G2P_TOTAL) {
+      const MPMComponent *grad_u = L;
+
       state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
-      if (parts & MPM_G2P_FBAR || state & MPM_BIT(tau)) {
-        memcpy(grad, L, sizeof grad);
+      if (parts & MPM_G2P_FBAR || state & MPM_BIT(tau)) { /* what needs rates */
+        grad_u = memcpy(grad, L, sizeof grad);
         MPMRatesTotal(dim, par, patch, &o, L);
       }
       if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
-      MPMDeformTotal(dim, patch, &o, &s, value, parts & MPM_G2P_FBAR || state & MPM_BIT(tau) ? grad : L, &b, &found.v2,
-                     &found.bad);
+      MPMDeformTotal(dim, patch, &o, &s, value, grad_u, &b, &found.v2, &found.bad);
       MPMUpdateState(dim, par, patch, &o, &s, L, &b, &found, status);
       continue;
     }

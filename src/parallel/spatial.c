@@ -241,6 +241,27 @@ static void FindCells(const MPMCore *core, MPMView *view)
   }
 }
 
+/* Counts the particles of a view by the grid's cuts. Collective. */
+static PetscErrorCode HistogramOf(MPMCore *core, const MPMView *view, MPMHistogram *h)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, ((MPMSpatial *)core->exchange.ctx)->comm, h));
+  PetscCall(MPMHistogramAddView(h, core, view));
+  PetscCall(MPMHistogramFinish(h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes other cuts, and makes what follows from them. Collective. */
+static PetscErrorCode UseCuts(MPMCore *core, const MPMPartition *part)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMSpatialTearDown(core));
+  PetscCall(MPMPartitionDestroy(&core->exchange.partition));
+  core->exchange.partition = *part;
+  PetscCall(MPMSpatialLayout(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Cuts the grid anew for the particles as they are now, if the model predicts a gain of more than 3 %. Collective. */
 static PetscErrorCode Recut(MPMCore *core)
 {
@@ -255,10 +276,8 @@ static PetscErrorCode Recut(MPMCore *core)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
-  PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  PetscCall(MPMHistogramAddView(&h, core, &view));
-  PetscCall(MPMHistogramFinish(&h));
+  PetscCall(HistogramOf(core, &view, &h));
   if (!rank) {
     PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_auto, &part));
     gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
@@ -266,10 +285,7 @@ static PetscErrorCode Recut(MPMCore *core)
   PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
   PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* also the one in use has a new imbalance */
   if (gain) {
-    PetscCall(MPMSpatialTearDown(core));
-    PetscCall(MPMPartitionDestroy(&ex->partition));
-    ex->partition = part;
-    PetscCall(MPMSpatialLayout(core));
+    PetscCall(UseCuts(core, &part));
     FindCells(core, &view);
     core->status.moved      = 1;  /* on every process, so that all sort */
     core->particles.nmovers = -1; /* all particles have other cells */
@@ -323,19 +339,14 @@ static PetscErrorCode Renew_Spatial(MPMCore *core)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
-  PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  PetscCall(MPMHistogramAddView(&h, core, &view));
+  PetscCall(HistogramOf(core, &view, &h));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscCall(MPMHistogramFinish(&h));
   if (!rank && size > 1) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &part));
   if (size == 1) PetscCall(MPMPartitionWhole(&core->grid, &part)); /* the pool's master */
   PetscCall(MPMHistogramDestroy(&h));
   PetscCall(MPMPartitionShare(&part, s->comm));
-  PetscCall(MPMSpatialTearDown(core));
-  PetscCall(MPMPartitionDestroy(&ex->partition));
-  ex->partition = part;
-  PetscCall(MPMSpatialLayout(core));
+  PetscCall(UseCuts(core, &part));
   PetscCall(MPMExchangeDistribute(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -45,6 +45,12 @@ MPM_INLINE PetscInt MPMGridFirst(const MPMGrid *grid, PetscInt d, PetscInt copy)
   return MPMGridFirstOf(grid, d, grid->place[copy]);
 }
 
+/* Sets x [3] to where node ijk [3] of a copy is, m. */
+MPM_INLINE void MPMGridNodeAt(const MPMGrid *grid, const PetscInt ijk[], PetscReal x[])
+{
+  for (PetscInt d = 0; d < 3; d++) x[d] = d < grid->dim ? grid->lower[d] + (PetscReal)ijk[d] * grid->h[d] : 0;
+}
+
 /* Returns where on axis d of the grid a node with the number i there is. */
 MPM_INLINE PetscInt MPMGridFold(const MPMGrid *grid, PetscInt d, PetscInt i)
 {

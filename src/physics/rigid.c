@@ -129,8 +129,8 @@ PetscReal MPMRigidEnergy(const MPMRigid *r)
   return energy;
 }
 
-/* Returns whether a free body touches another one: a point of its surface, or of a ball and a disk the nearest one. */
-static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, PetscReal most)
+/* Returns whether a body touches another one: a point of its surface, or of a ball and a disk the nearest one. */
+PetscBool MPMRigidTouches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, PetscReal most)
 {
   PetscReal x[3], n[3], distance;
 
@@ -155,7 +155,7 @@ void MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal mo
   *a = *b = -1;
   for (PetscInt i = 0; i < n && *a < 0; i++)
     for (PetscInt j = 0; j < n && body[i].free && *a < 0; j++) {
-      if (i == j || !Touches(&body[i], &body[j], dim, most)) continue;
+      if (i == j || !MPMRigidTouches(&body[i], &body[j], dim, most)) continue;
       *a = i;
       *b = j;
     }

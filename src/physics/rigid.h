@@ -86,6 +86,7 @@ void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]
 void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
 PetscReal      MPMRigidSpeed(const MPMRigid *);
 PetscReal      MPMRigidEnergy(const MPMRigid *);
+PetscBool      MPMRigidTouches(const MPMRigid *, const MPMRigid *, PetscInt dim, PetscReal most);
 void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
 
 /* Returns whether a body is a ball or a disk. */

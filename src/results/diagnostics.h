@@ -97,18 +97,10 @@ PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
 PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
-MPM_INLINE PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
-{
-  PetscReal sum = totals->sum[row][component];
+PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
-      sum += totals->sum[k][component];
-  return sum;
-}
-
-/* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the change of
-   the energy less that work, J. */
+/* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
+   change of the energy less that work, J. */
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);
 

@@ -23,15 +23,15 @@ static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *gro
   return from;
 }
 
-/* The nodes of a place of copies that this process owns between the walls: their rows, and for each its number in the patch's arrays,
-   or -1 where no particle touches it. */
+/* The nodes of a place of copies that this process owns between the walls: their rows, and for each its number in the
+   patch's arrays, or -1 where no particle touches it. */
 typedef struct {
   PetscInt n, *node;
   MPMRows  rows;
-} CopyRows;
+} PlaceRows;
 
 /* Finds them. Collective on the exchange. */
-static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt place, CopyRows *c)
+static PetscErrorCode PlaceRowsCreate(const MPMCore *core, PetscInt place, PlaceRows *c)
 {
   const MPMGrid  *grid  = &core->grid;
   const MPMPatch *patch = &core->exchange.patch;
@@ -66,16 +66,16 @@ static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt place, CopyRo
 
 /* Adds the numbers of a group of nodes, of place after place, to the rows sorted [components]; those of its motion are means
    by mass where several have mass, which is as far as it has come. Collective on the exchange. */
-static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
+static PetscErrorCode AddPlaces(MPMCore *core, const MPMNodeGroup *g, const PlaceRows *places, PetscReal *sorted)
 {
   const MPMPatch *patch   = &core->exchange.patch;
-  const PetscInt  ncopies = PetscMax(1, core->grid.places), wide = g->components(3), n = copies->rows.n;
-  const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  nplaces = PetscMax(1, core->grid.places), wide = g->components(3), n = places->rows.n;
+  const PetscBool mean = g->home == MPM_IS_MOTION && nplaces > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *all, *part, *mass;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2((wide + 1) * n, &part, n, &mass));
-  for (const CopyRows *c = copies; c < copies + ncopies; c++) {
+  for (const PlaceRows *c = places; c < places + nplaces; c++) {
     PetscCall(PetscCalloc1((wide + 1) * c->n, &all));
     PetscCall(MPMExchangeOpenNodes(core));
     for (PetscInt q = 0; q < c->n; q++) {
@@ -106,25 +106,25 @@ static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const Copy
 
 PetscErrorCode MPMNodesWrite(MPMCore *core, MPMFile *file, PetscInt *set)
 {
-  const PetscInt ncopies = PetscMax(1, core->grid.places);
-  CopyRows       copies[MPM_MAX_COPIES];
+  const PetscInt nplaces = PetscMax(1, core->grid.places);
+  PlaceRows       places[MPM_MAX_COPIES];
 
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(core));
-  for (PetscInt c = 0; c < ncopies; c++) PetscCall(CopyRowsCreate(core, c, &copies[c]));
+  for (PetscInt c = 0; c < nplaces; c++) PetscCall(PlaceRowsCreate(core, c, &places[c]));
   for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
     const PetscInt wide = g->components(3);
     PetscReal     *sorted;
 
     if (!g->dataset[0]) continue;
-    PetscCall(PetscCalloc1(wide * copies->rows.n, &sorted));
-    PetscCall(AddCopies(core, g, copies, sorted));
-    PetscCall(MPMFileWrite(file, (*set)++, wide * copies->rows.first, wide * copies->rows.n, sorted));
+    PetscCall(PetscCalloc1(wide * places->rows.n, &sorted));
+    PetscCall(AddPlaces(core, g, places, sorted));
+    PetscCall(MPMFileWrite(file, (*set)++, wide * places->rows.first, wide * places->rows.n, sorted));
     PetscCall(PetscFree(sorted));
   }
-  for (PetscInt c = 0; c < ncopies; c++) {
-    PetscCall(PetscFree(copies[c].node));
-    PetscCall(PetscSFDestroy(&copies[c].rows.sf));
+  for (PetscInt c = 0; c < nplaces; c++) {
+    PetscCall(PetscFree(places[c].node));
+    PetscCall(PetscSFDestroy(&places[c].rows.sf));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -222,8 +222,8 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   PetscBool          chosen, order_set;
 
   PetscFunctionBeginUser;
-  (void)snprintf(update, sizeof update, "%s", hats || core->grid.total ? "musl" : mpm->preset->update);
-  (void)snprintf(name, sizeof name, "%s", hats || core->grid.total ? "flip" : mpm->preset->transfer);
+  (void)snprintf(update, sizeof update, "%s", hats ? "musl" : mpm->preset->update);
+  (void)snprintf(name, sizeof name, "%s", hats ? "flip" : mpm->preset->transfer);
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
   PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.order, &order_set));

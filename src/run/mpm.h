@@ -29,7 +29,7 @@ typedef enum { MPM_SCENES_elastic, MPM_SCENES_fluids, MPM_SCENES_others } MPMSce
 typedef struct {
   const char *name;
   MPMScenes   scenes;
-  PetscBool   total; /* it is of the total frame, and has no update and no transfer */
+  PetscBool   total; /* it is of the total frame, where update and transfer are read, but not used */
   PetscInt    mass;  /* of the total frame: order of the mass matrix */
   const char *basis;
   PetscBool   stretch;

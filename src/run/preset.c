@@ -7,7 +7,7 @@ static const MPMPreset rows[] = {
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)                             \
   {#name, MPM_SCENES_##scenes, PETSC_FALSE, 0, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
 #define MPM_PRESET_TOTAL(name, scenes, basis, mass, rate, cfl, ppc)                                                    \
-  {#name, MPM_SCENES_##scenes, PETSC_TRUE, mass, #basis, PETSC_FALSE, "", "", 0, rate, cfl, ppc},
+  {#name, MPM_SCENES_##scenes, PETSC_TRUE, mass, #basis, PETSC_FALSE, "musl", "flip", 0, rate, cfl, ppc},
 #include "run/preset.def"
 #undef MPM_PRESET_NAME
 #undef MPM_PRESET

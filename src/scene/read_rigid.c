@@ -332,17 +332,14 @@ static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o,
 /* Refuses two tied bodies that overlap at the start if one moves: matter in both cannot move with both. */
 static PetscErrorCode CheckTied(const MPMCore *core, MPMOptions o, const MPMRigid *a, const MPMRigid *b)
 {
-  MPMRigid pair[2] = {*a, *b};
-  PetscInt i, j;
+  const PetscInt  dim  = core->grid.dim;
+  const PetscReal deep = -TOUCHES * MPMGridSmallestH(&core->grid);
+  MPMRigid        pair[2] = {*a, *b};
 
   PetscFunctionBeginUser;
   if (!(a->tied && b->tied && (a->moves || b->moves))) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < 2; k++) {
-    PetscCall(MPMRigidSetPoints(&pair[k], core->grid.dim));
-    pair[k].free = PETSC_TRUE; /* of these MPMRigidsMeet looks at the points */
-  }
-  MPMRigidsMeet(2, pair, core->grid.dim, -TOUCHES * MPMGridSmallestH(&core->grid), &i, &j);
-  if (i >= 0)
+  for (PetscInt k = 0; k < 2; k++) PetscCall(MPMRigidSetPoints(&pair[k], dim));
+  if (MPMRigidTouches(&pair[0], &pair[1], dim, deep) || MPMRigidTouches(&pair[1], &pair[0], dim, deep))
     MPMOptionsFail(o,
                    "-body_%s_tied: the rigid bodies %s and %s overlap at the start, and matter in both cannot move with "
                    "both; move one",

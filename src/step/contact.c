@@ -202,11 +202,6 @@ static void Glue(MPMContacts *c, PetscBool before)
   }
 }
 
-static void PlaceOf(const MPMGrid *grid, const MPMContactNode *q, PetscReal x[])
-{
-  for (PetscInt d = 0; d < 3; d++) x[d] = d < grid->dim ? grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d] : 0;
-}
-
 /* Gives the nodes that are tied to a rigid body its velocity there. Returns the largest change, m/s. */
 static PetscReal Hold(MPMCore *core)
 {
@@ -217,7 +212,7 @@ static PetscReal Hold(MPMCore *core)
     MPMContactSite *site = &c->site[q->site[1]];
 
     if (!q->tied || !(site->m > 0)) continue;
-    PlaceOf(&core->grid, q, x);
+    MPMGridNodeAt(&core->grid, q->ijk, x);
     MPMRigidVelocity(c->pair[q->pair].rigid, core->grid.dim, x, V);
     for (PetscInt d = 0; d < core->grid.dim; d++) {
       most = PetscMax(most, PetscAbsReal(V[d] - site->v[d]));
@@ -318,8 +313,8 @@ static void Account(MPMCore *core, PetscBool advance)
   for (const MPMContactNode *q = c->node; q < c->node + c->nnodes; q++) {
     PetscReal x[3], by;
 
-    PlaceOf(&core->grid, q, x);
     if (!q->tied) continue;
+    MPMGridNodeAt(&core->grid, q->ijk, x);
     by = AddTo(c->pair[q->pair].rigid, core->grid.dim, x, q->given);
     taken += by;
     work += by; /* it is not free */

@@ -46,7 +46,7 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
     const MPMContactNode *q   = &c->node[k];
     PetscReal             all = 0, least = 0;
 
-    if (c->pair[q->pair].glued || (c->pair[q->pair].rigid && c->pair[q->pair].rigid->tied)) continue;
+    if (c->pair[q->pair].glued || IsTied(&c->pair[q->pair])) continue;
     if (c->pair[q->pair].flows) { /* a mean of the surface would let single particles through */
       PetscInt axis = 0;
 
@@ -81,11 +81,12 @@ static void SetPlace(const MPMCore *core, MPMContactColumn *to)
   const MPMContacts *c    = core->contacts;
   const MPMGrid     *grid = &core->grid;
   const PetscInt     axis = c->part[to->first].axis;
-  PetscReal          n[3] = {0}, distance, along = 0;
+  PetscReal          n[3] = {0}, x[3], distance, along = 0;
 
-  for (PetscInt k = to->first; k < to->last; k++)
-    for (PetscInt d = 0; d < grid->dim; d++)
-      to->at[d] += c->part[k].share[1] * (grid->lower[d] + (PetscReal)c->node[c->part[k].node].ijk[d] * grid->h[d]);
+  for (PetscInt k = to->first; k < to->last; k++) {
+    MPMGridNodeAt(grid, c->node[c->part[k].node].ijk, x);
+    for (PetscInt d = 0; d < grid->dim; d++) to->at[d] += c->part[k].share[1] * x[d];
+  }
   for (int k = 0; k < CROSSINGS; k++) {
     distance = MPMRigidDistance(c->pair[to->pair].rigid, grid->dim, to->at, n);
     if (!(PetscSqr(n[axis]) > STEEP)) break;

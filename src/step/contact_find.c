@@ -14,11 +14,6 @@
 #define OVERLAPS 0.5 /* cells: bodies that do so along the axis of their normal lie beside each other */
 #define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
-static PetscBool IsTied(const MPMPair *pair)
-{
-  return pair->rigid && pair->rigid->tied ? PETSC_TRUE : PETSC_FALSE;
-}
-
 /* Makes the nodes of contact of the sums, and the sites of their copies. */
 static PetscErrorCode MakeNodes(Search *s)
 {
@@ -90,17 +85,17 @@ static PetscErrorCode MakeSites(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells a node of contact of a particle at x [dim], at the distance `from` from a rigid body, with the normal `own` there: that
-   it is on the node's side, or how thick the body is between them. */
+/* Tells a node of contact of a particle at x [dim], at the distance `from` from a rigid body, with the normal `own` there:
+   that it is on the node's side, or how thick the body is between them. */
 static void Beside(const MPMGrid *grid, const MPMRigid *rigid, MPMContactNode *q, const PetscReal own[],
                    const PetscReal x[], PetscReal from)
 {
-  PetscReal at[3] = {0}, n[3], facing = 0, apart = 0;
+  PetscReal at[3], n[3], facing = 0, apart = 0;
 
   for (PetscInt d = 0; d < grid->dim; d++) facing += own[d] * q->n[d];
   if (facing > 0) q->thin[0] = PetscMin(q->thin[0], from);
   if (facing > FACING) return;
-  for (PetscInt d = 0; d < grid->dim; d++) at[d] = grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d];
+  MPMGridNodeAt(grid, q->ijk, at);
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal by = x[d] - at[d], length = grid->upper[d] - grid->lower[d];
 
@@ -223,11 +218,11 @@ static PetscErrorCode WarnThin(Search *s)
 
   PetscFunctionBeginUser;
   for (const MPMContactNode *q = s->c->node; q < s->c->node + s->c->nnodes && !s->core->rigids.thin; q++) {
-    PetscReal x[3] = {0};
+    PetscReal x[3];
     char      at[MPM_NAME_LEN], thick[MPM_NAME_LEN];
 
     if (!(q->thin[0] < PETSC_INFINITY && q->thin[1] < THIN * h)) continue;
-    for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d];
+    MPMGridNodeAt(grid, q->ijk, x);
     MPMPlaceWords(grid->dim, x, at);
     s->core->rigids.thin = PETSC_TRUE;
     (void)snprintf(thick, sizeof thick, q->thin[1] < 0.1 * h ? "less than 0.1" : "only %.2g", (double)(q->thin[1] / h));
@@ -250,11 +245,11 @@ static PetscErrorCode WarnBeside(Search *s)
     const MPMPair  *pair = &s->c->pair[q->pair];
     const PetscInt  axis = pair->axis;
     const PetscReal by   = axis < 0 ? 0 : -(q->near[0][axis] + q->near[1][axis]) / grid->h[axis];
-    PetscReal       x[3] = {0};
+    PetscReal       x[3];
     char            at[MPM_NAME_LEN];
 
     if (!(by > OVERLAPS)) continue;
-    for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)q->ijk[d] * grid->h[d];
+    MPMGridNodeAt(grid, q->ijk, x);
     MPMPlaceWords(grid->dim, x, at);
     s->c->beside = PETSC_TRUE;
     PetscCall(MPMWarn(&s->core->print,

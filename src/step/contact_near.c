@@ -15,7 +15,7 @@ static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
   MPMContactTilePlace(core, tile, at);
   if (core->grid.copies < 2) return 0;
   for (;; in++) {
-    const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + (tile % t->n[0] << t->bits);
+    const PetscInt *cell = TileRow(dim, t, tile, in);
 
     if (cell[0] < cell[1 << t->bits])
       return MPMKindOf(core->params.kinds, &s->view, core->particles.order[cell[0]])->copy;
@@ -40,7 +40,7 @@ static PetscErrorCode FindCells(Search *s)
     copy  = TilePlace(s, tile, at);
     cells = s->cells + copy * all + (at[2] * n[1] + at[1]) * n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
-      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+      const PetscInt *cell = TileRow(dim, t, tile, in);
 
       for (PetscInt i = 0; i < edge; i++)
         if (cell[i] < cell[i + 1]) *cells |= (uint64_t)1 << (in * edge + i);
@@ -189,7 +189,7 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
 
     if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
-      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+      const PetscInt *cell = TileRow(dim, t, tile, in);
 
       PetscCall(MakeRoom(s, cell[edge] - cell[0]));
       for (PetscInt q = cell[0]; q < cell[edge]; q++)
@@ -219,7 +219,7 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
     if (TilePlace(s, tile, at) != own || !MPMContactIsNear(s->core, other, at, 1)) continue;
     LookAround(s, other, at, &around);
     for (PetscInt in = 0; in < rows; in++) {
-      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+      const PetscInt *cell = TileRow(dim, t, tile, in);
 
       for (PetscInt i = 0; i < edge; i++) {
         const PetscInt n = cell[i + 1] - cell[i];

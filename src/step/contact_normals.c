@@ -250,11 +250,11 @@ static PetscReal Tied(MPMBasis basis)
 static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *fit, PetscReal n[])
 {
   const MPMGrid *grid = &core->grid;
-  PetscReal      x[3] = {0}, distance;
+  PetscReal      x[3], distance;
   PetscInt       axis = 0;
 
   if (!pair->rigid) return SetFitted(grid, pair, fit, n);
-  for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)fit->ijk[d] * grid->h[d];
+  MPMGridNodeAt(grid, fit->ijk, x);
   distance = MPMRigidDistance(pair->rigid, grid->dim, x, n);
   for (PetscInt d = grid->dim; d < 3; d++) n[d] = 0;
   for (PetscInt d = 1; d < grid->dim; d++)

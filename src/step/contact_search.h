@@ -86,6 +86,19 @@ MPM_INLINE void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[
   }
 }
 
+/* Returns whether the matter of a pair moves with a rigid body. */
+MPM_INLINE PetscBool IsTied(const MPMPair *pair)
+{
+  return pair->rigid && pair->rigid->tied ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns where the cells of row `in` of a tile of a patch, 2^bits of them, are among those of which `start` says where their
+   particles begin in the order. */
+MPM_INLINE const PetscInt *TileRow(int dim, const MPMTiles *t, PetscInt tile, PetscInt in)
+{
+  return t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + (tile % t->n[0] << t->bits);
+}
+
 /* Returns whether node at [3] of a stencil is among some of its nodes (bits). */
 MPM_INLINE PetscBool IsAmong(const Stencil *t, const PetscInt at[], uint64_t some)
 {

@@ -69,7 +69,7 @@ static uint32_t CopiesOfTile(const MPMCore *core, const MPMView *view, PetscInt 
   uint32_t        copies = 0;
 
   for (PetscInt in = 0; in < rows; in++) {
-    const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+    const PetscInt *cell = TileRow(dim, t, tile, in);
 
     if (cell[0] < cell[edge]) copies |= CopiesOf(core, view, cell, cell + edge);
   }

@@ -146,7 +146,8 @@ def percent(x):
 def cell(row):
     if row is None or row["status"] != "0":
         return "-" if row is None else "**stops**"
-    return f"**{percent(float(row['error']))}**" if wrong(row) or float(row["error"]) > float(row["limit"]) else percent(float(row["error"]))
+    error = float(row["error"])
+    return percent(error) if error <= float(row["limit"]) else f"**{percent(error)}**"
 
 
 def table(rows):
