@@ -329,17 +329,12 @@ static PetscReal Value_energy_laws(const MPMShown *s)
   return Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress];
 }
 
-PetscReal MPMShownIntegration(const MPMShown *s)
-{
-  return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
-         Value_load_work(s) -
-         Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
-         Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) - Value_energy_rigid(s);
-}
-
 static PetscReal Value_energy_integration(const MPMShown *s)
 {
-  return MPMShownIntegration(s);
+  return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
+         Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
+         Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
+         Value_energy_rigid(s);
 }
 
 static PetscReal Value_particles(const MPMShown *s)
@@ -419,6 +414,16 @@ PetscInt MPMDiagnosticReads(PetscInt64 rows, const MPMCore *core)
   return fields;
 }
 
+PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
+{
+  PetscReal sum = totals->sum[row][component];
+
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
+      sum += totals->sum[k][component];
+  return sum;
+}
+
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
 {
   return MPMDiagnostics[row].value ? MPMDiagnostics[row].value(s) : s->now->sum[row][component];
@@ -437,7 +442,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
-                 (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) || (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
+                 (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

@@ -104,7 +104,4 @@ PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);
 
-/* Returns the part of the change of energy that no term explains, with -history_energy, J. */
-PetscReal MPMShownIntegration(const MPMShown *);
-
 #endif

@@ -56,13 +56,3 @@ PetscErrorCode MPMLostTotals(const MPMCore *core, MPMTotals *totals)
       totals->sum[k][c] = MPMSumValue(&sum[n++]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
-{
-  PetscReal sum = totals->sum[row][component];
-
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
-      sum += totals->sum[k][component];
-  return sum;
-}
