@@ -11,6 +11,8 @@ static const char *const petsc[] = {"citations",    "get_total_flops", "log_all"
                                     "malloc_dump",  "malloc_view",     "memory_view",       "mpidump",
                                     "objects_dump", "options_left",    "options_view",      "skip_petscrc",
                                     "malloc_test",  "malloc_debug",    "no_signal_handler", "dm_view"};
+/* How options of PETSc's solvers begin, which steps without inertia use. */
+static const char *const solvers[] = {"snes_", "ksp_", "pc_", "mg_", "mat_"};
 #define NUM(a) (sizeof a / sizeof a[0])
 
 /* Finds the names that may take the place of <.> in this row; returns how many there are. */
@@ -172,8 +174,15 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
 /* Returns whether PETSc reads this option by itself. */
 static PetscBool IsPetscs(const char given[])
 {
+  char      time[MPM_NAME_LEN] = "";
+  PetscBool set;
+
   for (size_t k = 0; k < NUM(petsc); k++)
     if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
+  if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || strcmp(time, "static"))
+    return PETSC_FALSE;
+  for (size_t k = 0; k < NUM(solvers); k++)
+    if (!strncasecmp(solvers[k], given, strlen(solvers[k]))) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 

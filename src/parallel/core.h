@@ -22,6 +22,7 @@
 typedef enum { MPM_PARTICLES_TO_NODES, MPM_NODES, MPM_NODES_TO_PARTICLES } MPMPhaseKind;
 typedef struct _MPMCore  MPMCore;
 typedef struct _MPMPhase MPMPhase;
+struct MPMStatic; /* step/static.h */
 struct _MPMPhase {
   const char  *name;
   MPMPhaseKind kind;
@@ -220,6 +221,7 @@ struct _MPMCore {
   MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
+  struct MPMStatic *implicit; /* or NULL: steps are explicit */
   PetscReal      *before;    /* of the total frame, if energy or walls are followed: patch.state before the nodes move */
   PetscReal       half;      /* of the total frame: work of gravity in the first step, whose kick is half, see MPMTotalHalf, J */
   PetscReal       passed[6]; /* of the total frame: how far the wall of each face has moved along its axis, m */

@@ -18,7 +18,7 @@ PetscErrorCode MPMAdvanceSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsInt(o, "dt_retry", NULL, &r->most, &most_set));
   PetscCall(MPMOptionsReal(o, "dt_max_growth", NULL, &r->growth, &growth_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  r->on                    = !strcmp(state, "retry") ? PETSC_TRUE : PETSC_FALSE;
+  r->on                    = !strcmp(state, "retry") || mpm->core.implicit ? PETSC_TRUE : PETSC_FALSE;
   mpm->core.params.deletes = !strcmp(leave, "delete") ? PETSC_TRUE : PETSC_FALSE;
   if (r->on) PetscFunctionReturn(PETSC_SUCCESS);
   if (most_set && !MPMOptionsOverridden("dt_retry", "check_state"))
@@ -135,7 +135,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.kick = core->step ? MPMKick(core->params.dt, now) : core->grid.total ? 0.5 * now : now;
+  core->params.kick = core->step ? MPMKick(core->params.dt, now) : core->grid.total && !core->implicit ? 0.5 * now : now;
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));

@@ -53,7 +53,7 @@ PetscErrorCode MPMMethodPutAside(MPM mpm, const char name[], const char by[])
    not have it either. */
 PetscErrorCode MPMFrameSetFromOptions(MPM mpm)
 {
-  const char *const by[]   = {"method_frame", "method_preset"};
+  const char *const by[]   = {"method_frame", "method_preset", "method_time"};
   const char *const more[] = {"method_damping_rate", "method_basis", "dt_cfl"};
 
   PetscFunctionBeginUser;
@@ -436,5 +436,6 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   if (!MPMOptionsError(o)) PetscCall(ReadLight(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTotal(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMStaticsRead(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,7 @@
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "run/mpm.h"
+#include "step/static.h"
 
 /* Makes an empty run on comm. Collective on comm. */
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
@@ -198,6 +199,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
+    if (core->implicit) PetscCall(MPMStaticCreate(core, &mpm->scene));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
@@ -289,6 +291,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMWatchDestroy(&(*mpm)->watch, &(*mpm)->scene));
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(&(*mpm)->output));
+  PetscCall(MPMStaticDestroy(core));
   if (core->exchange.ready) {
     PetscCall(core->exchange.type->finish(core));
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */

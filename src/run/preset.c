@@ -30,13 +30,24 @@ static const struct {
    particles per cell. Where the two differ, that of a file stands aside. The first fault is left in o. */
 PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
 {
-  char      name[MPM_NAME_LEN], frame[MPM_NAME_LEN];
+  char      name[MPM_NAME_LEN], frame[MPM_NAME_LEN], time[MPM_NAME_LEN];
   PetscBool framed, total;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
   PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
+  PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(time, "static")) { /* a method of a file for steps in time stands aside */
+    PetscCall(MPMMethodPutAside(mpm, "method_frame", "method_time"));
+    PetscCall(MPMMethodPutAside(mpm, "method_preset", "method_time"));
+    PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
+    PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
+    if (framed && strcmp(frame, "total"))
+      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time static, which is built for the total frame",
+                     frame);
+    if (!framed && !mpm->preset_given) framed = PETSC_TRUE, (void)snprintf(frame, sizeof frame, "total");
+  }
   total = (PetscBool)(!strcmp(frame, "total"));
   for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
   if (framed && total != mpm->preset->total) {

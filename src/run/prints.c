@@ -1,6 +1,7 @@
 /* prints.c - what a run prints before its first step and at its end, in sequence. The lines are made in the room
    advice, and by what has its own. */
 #include "run/mpm.h"
+#include "step/static.h"
 
 /* Described in mpm.h. With -dry_run also what the model predicts of the run. */
 PetscErrorCode MPMPrintStart(MPM mpm)
@@ -63,6 +64,7 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
                        (double)core->t, now - mpm->report.start, core->t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
   PetscCall(MPMAdvanceReport(mpm));
+  PetscCall(MPMStaticReport(core));
   if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)
     PetscCall(MPMReportIndicator(core, scene));
   PetscCall(MPMWatchEnd(&mpm->watch, &core->print));

@@ -39,7 +39,7 @@
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. ADVANCES are those in which
    light nodes move with others. SHARE_TO_PARTICLES is for a transfer that works over a share of the step. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, P2G_TOTAL, P2G_NODES, ACCELERATE, ACCELERATE_AGAIN, KICK, KICK_AGAIN, START, START_AGAIN, SHOW, SMOOTH, G2P_TOTAL, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, P2G_TOTAL, P2G_NODES, ACCELERATE, ACCELERATE_AGAIN, KICK, KICK_AGAIN, START, START_AGAIN, SHOW, SMOOTH, PLACE, G2P_TOTAL, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b) | B(S)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -72,6 +72,7 @@ static const MPMPhase phases[NUM_PHASES] = {
   [START_AGAIN]       = VELOCITIES("START", MPMNodesStartAgain, 3),
   [SHOW]              = VELOCITIES("SHOW", MPMNodesShow, 0),
   [SMOOTH]            = VELOCITIES("SMOOTH", MPMNodesSmooth, 4),
+  [PLACE]             = NODES("PLACE", MPMNodesPlace, 0),
   [G2P_TOTAL]         = TO_PARTICLES("G2P_TOTAL", MPM_G2P_TOTAL, WHERE | B(id) | STATE, B(x) | B(v) | STATE),
 };
 /* clang-format on */
@@ -207,6 +208,14 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
   }
 }
 
+/* Sets the phases that make the residual of a static step from the displacements of nodes (static.c). */
+static void StaticProgram(MPMCore *core)
+{
+  const int parts[3] = {PLACE, G2P_TOTAL, P2G_TOTAL};
+
+  for (PetscInt k = 0; k < 3; k++) core->program[core->nprogram++] = &core->phases[parts[k]];
+}
+
 /* Sets the program of a step in the total frame, whose mass matrix has this order: order - 1 corrections of the
    acceleration, the last of which moves the nodes. damped: before, velocities are smoothed. */
 static void TotalProgram(MPMCore *core, PetscInt order, PetscBool damped)
@@ -242,7 +251,10 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
   if (core->grid.total) {
-    TotalProgram(core, method->mass, (PetscBool)(method->rate > 0));
+    if (core->implicit)
+      StaticProgram(core);
+    else
+      TotalProgram(core, method->mass, (PetscBool)(method->rate > 0));
     MPMReactionsSetUp(core);
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -105,6 +105,7 @@ void MPMNodesShow(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesSmooth(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesStart(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesStartAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesPlace(const MPMParams *, const MPMPatch *, const MPMNodes *);
 void MPMNodesVolume(const MPMParams *, const MPMPatch *, const MPMNodes *); /* volume.c */
 
 #endif

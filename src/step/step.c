@@ -4,6 +4,7 @@
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "particles/poison.h"
+#include "step/static.h"
 #include "step/step.h"
 
 #if defined(MPM_POISON)
@@ -114,12 +115,33 @@ PetscErrorCode MPMStepSettle(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes a step without inertia. The work of loads is that of their value in its middle. */
+static PetscErrorCode MakeStatic(MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  if (MPMEnergyFollows(core)) {
+    PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
+    PetscCall(FollowEnergy(core, PETSC_TRUE));
+  }
+  PetscCall(MPMStaticStep(core));
+  PetscCall(Reduce(core));
+  if (MPMEnergyFollows(core) && !core->stop[0]) {
+    PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
+    PetscCall(FollowEnergy(core, PETSC_FALSE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 {
   const MPMStatus last = core->status;
 
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
+  if (core->implicit) {
+    PetscCall(MakeStatic(core, scene));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
   if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));

@@ -116,6 +116,18 @@ MPM_INLINE void SmoothRow(int dim, const MPMParams *par, const MPMGrid *grid, co
   }
 }
 
+/* Shows the particles the displacements and velocities of nodes as they are. */
+MPM_INLINE void PlaceRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+{
+  const PetscInt nc = MPM_MOTION_NC(dim);
+
+  (void)par;
+  (void)grid;
+  (void)again;
+  for (PetscInt i = r->first; i < r->last; i++)
+    for (PetscInt k = 0; k < nc; k++) r->motion[i * nc + k] = r->state[i * nc + k];
+}
+
 /* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
 #define NODE_KERNEL(name, what, again)                                                                                 \
   void MPMNodes##name(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
@@ -130,6 +142,7 @@ NODE_KERNEL(Kick, KickRow, 0)
 NODE_KERNEL(KickAgain, KickRow, 1)
 NODE_KERNEL(Show, SmoothRow, 0)
 NODE_KERNEL(Smooth, SmoothRow, 1)
+NODE_KERNEL(Place, PlaceRow, 0)
 NODE_KERNEL(Start, StartRow, 0)
 NODE_KERNEL(StartAgain, StartRow, 1)
 

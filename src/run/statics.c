@@ -1,0 +1,81 @@
+/* statics.c - reads the options of steps without inertia, -method_time static, and refuses by name what they cannot do. It
+   is used before the first step. */
+#include "run/mpm.h"
+#include "step/static.h"
+
+#define STEPS 10 /* of a load, if -dt_size does not say how long they are */
+
+/* Options that do not apply without inertia, the value that does no harm, and why. */
+static const struct {
+  const char *name, *neutral, *why;
+} moving[] = {{"method_mass_order", NULL, "nothing is accelerated"},
+              {"method_damping_rate", "0", "nothing moves that could be damped"},
+              {"damping_time", NULL, "nothing moves that could be damped"},
+              {"damping_kinetic", "false", "nothing moves that could be damped"},
+              {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load"},
+              {"method_locking", "none", "its tangent is not built; use a finer grid"},
+              {"history_energy", "false", "there is no motion whose energy could be followed"},
+              {"check_energy", "0", "the work of loads is that of steps, and not exact"},
+              {"check_momentum", "0", "there is no momentum"},
+              {"reference_type", NULL, "known solutions are of motions in time"}};
+
+/* Refuses what a scene has that steps without inertia cannot do. */
+static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
+{
+  const MPMScene *scene = &mpm->scene;
+  PetscBool       held  = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++) {
+    char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
+    PetscBool given;
+
+    (void)snprintf(name, sizeof name, "-%s", moving[k].name);
+    PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
+    if (given && !(moving[k].neutral && !strcmp(value, moving[k].neutral)))
+      MPMOptionsFail(o, "%s does not apply with -method_time static: %s", name, moving[k].why);
+  }
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    char      name[2 * MPM_NAME_LEN];
+    PetscBool given;
+
+    (void)snprintf(name, sizeof name, "-body_%s_velocity", scene->bodies[b].name);
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+    if (given) MPMOptionsFail(o, "%s does not apply with -method_time static: nothing moves", name);
+  }
+  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE;
+  if (!held)
+    MPMOptionsFail(o, "-method_time static needs a wall that holds the body, or it is in equilibrium wherever it is: "
+                      "choose -bc_<f>_type fixed, slip or moving");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
+{
+  char      time[MPM_NAME_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(time, "explicit")) {
+    static const char *const only[] = {"gravity_ramp", "method_stabilize_factor", "method_stabilize_fill"};
+
+    for (size_t k = 0; k < sizeof only / sizeof only[0]; k++) {
+      char name[MPM_NAME_LEN];
+
+      (void)snprintf(name, sizeof name, "-%s", only[k]);
+      PetscCall(PetscOptionsHasName(NULL, NULL, name, &set));
+      if (set && !MPMOptionsOverridden(only[k], "method_time"))
+        MPMOptionsFail(o, "%s does not apply: it is of -method_time static", name);
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Refuse(mpm, o));
+  PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
+  mpm->core.params.box = 0;
+  mpm->method.rate     = 0;
+  if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

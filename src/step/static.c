@@ -1,0 +1,421 @@
+/* static.c - a step without inertia in the total frame: SNES finds the displacements at which the residual, the sum of all
+   forces on a node, is 0. The residual is made by the two transfers of an explicit step, on the state of the particles as
+   the step began; nothing else of the state changes before the step has converged. */
+#include "parallel/exchange.h"
+#include "physics/wall.h"
+#include "step/static.h"
+#include "step/step.h"
+
+#define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
+#define ROUNDING   1e-13 /* of the largest stiffness: smaller forces are rounding */
+
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
+{
+  struct MPMStatic *s;
+  PetscBool         set;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&s));
+  core->implicit = s;
+  s->core        = core;
+  s->scene       = scene;
+  s->ramp        = end;
+  PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
+  PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
+  PetscCall(MPMOptionsReal(o, "method_stabilize_fill", NULL, &s->fill, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticDestroy(MPMCore *core)
+{
+  struct MPMStatic *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SNESDestroy(&s->snes));
+  PetscCall(MatDestroy(&s->K));
+  PetscCall(MatDestroy(&s->ghosts));
+  PetscCall(VecDestroy(&s->u));
+  PetscCall(VecDestroy(&s->r));
+  PetscCall(VecDestroy(&s->was));
+  PetscCall(VecDestroy(&s->work));
+  PetscCall(DMDestroy(&s->numbers));
+  PetscCall(PetscFree(s->node));
+  PetscCall(PetscFree(s->at));
+  PetscCall(PetscFree(s->held));
+  PetscCall(PetscFree(s->known));
+  PetscCall(PetscFree(core->implicit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets which components walls hold, and where at the end of a step of dt: a wall holds what it gives the same velocity
+   whatever the node has. */
+static void Hold(struct MPMStatic *s, const PetscReal was[], PetscReal dt)
+{
+  const MPMCore  *core  = s->core;
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMGrid  *grid  = &core->grid;
+
+  for (PetscInt q = 0; q < s->n; q++) {
+    const PetscInt row    = s->node[q] / patch->n[0];
+    const PetscInt ijk[3] = {patch->lo[0] + s->node[q] % patch->n[0], patch->lo[1] + row % patch->n[1],
+                             patch->lo[2] + row / patch->n[1]};
+    PetscReal      v[2][3] = {{1, 1, 1}, {2, 2, 2}};
+
+    for (int k = 0; k < 2; k++) (void)MPMWallsApply(core->params.walls->given, grid, ijk, dt, v[k]);
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      s->held[q * grid->dim + d]  = v[0][d] == v[1][d] ? PETSC_TRUE : PETSC_FALSE;
+      s->known[q * grid->dim + d] = was[q * grid->dim + d] + dt * v[0][d];
+    }
+  }
+}
+
+/* Sets the displacements of the nodes to those of a vector, and their velocities to 0. */
+static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
+{
+  const PetscInt     dim = s->core->grid.dim;
+  const PetscScalar *u;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(from, &u));
+  for (PetscInt q = 0; q < s->n; q++)
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscReal *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
+
+      state[d]       = u[q * dim + d];
+      state[dim + d] = 0;
+    }
+  PetscCall(VecRestoreArrayRead(from, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the particles' state that of displacements u, from that as the step began. s->bad: some particle is turned inside
+   out, and its stress has no meaning. */
+static PetscErrorCode Try(struct MPMStatic *s, Vec u)
+{
+  MPMCore  *core = s->core;
+  MPMStatus all;
+
+  PetscFunctionBeginUser;
+  PetscCall(ToNodes(s, u));
+  PetscCall(MPMParticlesPutBack(&core->particles));
+  MPMStatusReset(&core->status);
+  PetscCall(MPMPhaseRun(core, core->program[0]));
+  PetscCall(MPMPhaseRun(core, core->program[1]));
+  all = core->status;
+  PetscCall(core->exchange.type->reduce(core, &all));
+  s->bad = MPMStatusIsBad(&all);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets r [n][dim] to the residual of the state that Try made, N: the forces on each node with the opposite sign, and 0
+   where a wall holds it. p of the nodes becomes the force of the wall. *all: the norm with those of walls. */
+static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
+{
+  MPMCore        *core = s->core;
+  const PetscInt  dim  = core->grid.dim;
+  PetscScalar    *to;
+  PetscReal       sum = 0;
+
+  PetscFunctionBeginUser;
+  if (core->needs.forced) PetscCall(MPMForcesUpdate(s->scene, core, core->t + core->params.dt));
+  PetscCall(MPMPhaseRun(core, core->program[2]));
+  if (s->ghosts) {
+    PetscCall(VecWAXPY(s->work, -1, s->was, u));
+    PetscCall(MatMult(s->ghosts, s->work, r));
+  } else
+    PetscCall(VecSet(r, 0));
+  PetscCall(MPMExchangeOpenNodes(core));
+  PetscCall(VecGetArray(r, &to));
+  for (PetscInt q = 0; q < s->n; q++) {
+    MPMNode *n = core->exchange.patch.node + s->node[q];
+
+    for (PetscInt d = 0; d < dim; d++) {
+      const PetscInt  k     = q * dim + d;
+      const PetscReal force = n->f[d] + s->share * n->m * core->params.gravity[d] - to[k];
+
+      n->p[d] = s->held[k] ? -force : 0;
+      to[k]   = s->held[k] ? 0 : -force;
+      sum += force * force;
+    }
+  }
+  PetscCall(VecRestoreArray(r, &to));
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, core->exchange.data));
+  *all = PetscSqrtReal(sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Residual(SNES snes, Vec u, Vec r, void *ctx)
+{
+  struct MPMStatic *s = ctx;
+  PetscReal         all;
+
+  PetscFunctionBeginUser;
+  PetscCall(Try(s, u));
+  if (s->bad) {
+    PetscCall(VecSet(r, 0));
+    PetscCall(SNESSetFunctionDomainError(snes));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Forces(s, u, r, &all));
+  s->scale = PetscMax(s->scale, all);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Jacobian(SNES snes, Vec u, Mat A, Mat K, void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)snes;
+  (void)u;
+  PetscCall(MPMStaticTangent(ctx, K, NULL, NULL));
+  if (A != K) {
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Newton's method has converged when the residual is a part of the forces that are in equilibrium, those of walls among
+   them; not of the first residual, which may be rounding already. */
+static PetscErrorCode Converged(SNES snes, PetscInt it, PetscReal x, PetscReal step, PetscReal f,
+                                SNESConvergedReason *reason, void *ctx)
+{
+  struct MPMStatic *s = ctx;
+  PetscReal         rtol;
+  PetscInt          most;
+
+  PetscFunctionBeginUser;
+  (void)x;
+  (void)step;
+  PetscCall(SNESGetTolerances(snes, NULL, &rtol, NULL, &most, NULL));
+  s->residual = f;
+  *reason     = SNES_CONVERGED_ITERATING;
+  if (PetscIsInfOrNanReal(f))
+    *reason = SNES_DIVERGED_FNORM_NAN;
+  else if (f <= PetscMax(rtol * s->scale, s->least))
+    *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (f > 1e8 * s->scale)
+    *reason = SNES_DIVERGED_DTOL;
+  else if (it >= most)
+    *reason = SNES_DIVERGED_MAX_IT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the solver, with the defaults that PETSc's own options change. */
+static PetscErrorCode CreateSolver(struct MPMStatic *s)
+{
+  const MPMCore *core = s->core;
+  PetscMPIInt    size;
+  PetscBool      direct;
+  SNESLineSearch search;
+  KSP            ksp;
+  PC             pc;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
+  direct = size == 1 && core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SNESCreate(core->exchange.data, &s->snes));
+  PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
+  PetscCall(SNESSetFunction(s->snes, s->r, Residual, s));
+  PetscCall(SNESSetJacobian(s->snes, s->K, s->K, Jacobian, s));
+  PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
+  PetscCall(SNESSetConvergenceTest(s->snes, Converged, s, NULL));
+  PetscCall(SNESGetLineSearch(s->snes, &search));
+  PetscCall(SNESLineSearchSetType(search, s->plastic ? SNESLINESEARCHBT : SNESLINESEARCHBASIC));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
+  PetscCall(PCSetType(pc, direct ? PCLU : PCGAMG));
+  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  PetscCall(SNESSetFromOptions(s->snes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
+{
+  struct MPMStatic *s     = core->implicit;
+  PetscReal         stiff = 0;
+
+  PetscFunctionBeginUser;
+  s->core      = core;
+  s->scene     = scene;
+  s->symmetric = PETSC_TRUE;
+  for (PetscInt k = 0; k < core->params.nmaterials; k++) {
+    const MPMMaterial *m = &core->params.materials[k];
+
+    stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
+    if (m->type->traits & MPM_PLASTIC) s->plastic = PETSC_TRUE;
+    if (!(m->type->traits & MPM_HYPERELASTIC)) s->symmetric = PETSC_FALSE;
+  }
+  s->least = ROUNDING * stiff;
+  for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  PetscCall(MPMStaticNumber(s));
+  if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
+  PetscCall(CreateSolver(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says in core->stop why a step found no equilibrium. */
+static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
+{
+  MPMCore            *core = s->core;
+  KSP                 ksp;
+  KSPConvergedReason  linear;
+  PetscInt            it;
+  char                why[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(SNESGetIterationNumber(s->snes, &it));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetConvergedReason(ksp, &linear));
+  (void)snprintf(why, sizeof why, "%s",
+                 reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
+                 : reason == SNES_DIVERGED_LINEAR_SOLVE            ? KSPConvergedReasons[linear]
+                                                                   : SNESConvergedReasons[reason]);
+  (void)snprintf(core->stop, sizeof core->stop,
+                 "no equilibrium was found at t=%g s: after %" PetscInt_FMT
+                 " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
+                 (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
+  MPMStatusReset(&core->status);
+  PetscCall(ToNodes(s, s->was));
+  PetscCall(MPMParticlesPutBack(&core->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds to core->half the work of gravity in this step less that of its full strength, J, by the displacements of nodes. */
+static PetscErrorCode AddGravity(struct MPMStatic *s, PetscReal share)
+{
+  MPMCore           *core = s->core;
+  const PetscInt     dim  = core->grid.dim;
+  const PetscScalar *u, *was;
+  MPMSum             sum;
+
+  PetscFunctionBeginUser;
+  if (share == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMSumZero(&sum);
+  PetscCall(MPMExchangeOpenNodes(core));
+  PetscCall(VecGetArrayRead(s->u, &u));
+  PetscCall(VecGetArrayRead(s->was, &was));
+  for (PetscInt q = 0; q < s->n; q++)
+    for (PetscInt d = 0; d < dim; d++)
+      MPMSumAdd(&sum, core->exchange.patch.node[s->node[q]].m * core->params.gravity[d] *
+                          (u[q * dim + d] - was[q * dim + d]));
+  PetscCall(VecRestoreArrayRead(s->was, &was));
+  PetscCall(VecRestoreArrayRead(s->u, &u));
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscCall(MPMSumReduce(&sum, 1, core->exchange.data));
+  core->half += (share - 1) * MPMSumValue(&sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the share of gravity that acts at time t. */
+static PetscReal Share(const struct MPMStatic *s, PetscReal t)
+{
+  return s->ramp > 0 ? PetscMin(1, t / s->ramp) : 1;
+}
+
+/* Reads the displacements of the nodes into a vector. */
+static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
+{
+  const PetscInt dim = s->core->grid.dim;
+  PetscScalar   *u;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(to, &u));
+  for (PetscInt q = 0; q < s->n; q++)
+    for (PetscInt d = 0; d < dim; d++)
+      u[q * dim + d] = s->core->exchange.patch.state[s->node[q] * MPM_MOTION_NC(dim) + d];
+  PetscCall(VecRestoreArray(to, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins the solve of a step: what walls hold, and a first guess. */
+static PetscErrorCode Begin(struct MPMStatic *s)
+{
+  MPMCore           *core = s->core;
+  const PetscScalar *was;
+
+  PetscFunctionBeginUser;
+  PetscCall(FromNodes(s, s->was));
+  PetscCall(VecGetArrayRead(s->was, &was));
+  Hold(s, was, core->params.dt);
+  PetscCall(VecRestoreArrayRead(s->was, &was));
+  PetscCall(VecCopy(s->was, s->u));
+  s->share = Share(s, core->t + core->params.dt);
+  s->scale = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* If walls move, changes the first guess by one linear step, which carries what they do to the nodes inside; else the
+   particles beside a wall could be turned inside out before Newton's method begins. */
+static PetscErrorCode Predict(struct MPMStatic *s)
+{
+  const PetscInt n     = s->n * s->core->grid.dim;
+  PetscBool      moves = PETSC_FALSE;
+  PetscReal      all;
+  PetscScalar   *u;
+  KSP            ksp;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(s->u, &u));
+  for (PetscInt k = 0; k < n; k++)
+    if (s->held[k] && u[k] != s->known[k]) moves = PETSC_TRUE;
+  PetscCall(VecRestoreArray(s->u, &u));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPM_MPI_BOOL, MPI_LOR, s->core->exchange.data));
+  if (!moves) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Try(s, s->u));
+  PetscCall(Forces(s, s->u, s->r, &all));
+  PetscCall(VecScale(s->r, -1));
+  PetscCall(VecCopy(s->was, s->work));
+  PetscCall(VecGetArray(s->work, &u));
+  for (PetscInt k = 0; k < n; k++) u[k] = s->held[k] ? s->known[k] - u[k] : 0;
+  PetscCall(VecRestoreArray(s->work, &u));
+  PetscCall(MPMStaticTangent(s, s->K, s->work, s->r));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPSetOperators(ksp, s->K, s->K));
+  PetscCall(KSPSolve(ksp, s->r, s->work));
+  PetscCall(VecAXPY(s->u, 1, s->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticStep(MPMCore *core)
+{
+  struct MPMStatic   *s = core->implicit;
+  SNESConvergedReason reason;
+  PetscInt            newton, krylov;
+  PetscReal           all;
+
+  PetscFunctionBeginUser;
+  PetscCall(Begin(s));
+  PetscCall(Predict(s));
+  PetscCall(SNESSolve(s->snes, NULL, s->u));
+  PetscCall(SNESGetConvergedReason(s->snes, &reason));
+  PetscCall(SNESGetIterationNumber(s->snes, &newton));
+  PetscCall(SNESGetLinearSolveIterations(s->snes, &krylov));
+  s->newton += newton;
+  s->krylov += krylov;
+  s->solves++;
+  if (reason <= 0) {
+    s->failed++;
+    PetscCall(Fail(s, reason));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Try(s, s->u));
+  PetscCall(Forces(s, s->u, s->r, &all));
+  PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticReport(const MPMCore *core)
+{
+  const struct MPMStatic *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(&core->print,
+                     "static     %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no equilibrium, with %" PetscInt_FMT
+                     " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
+                     s->solves, s->failed, s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
