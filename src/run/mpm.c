@@ -204,7 +204,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
-    PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
+    if (!core->implicit) PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
   }
   PetscCall(PetscLogStagePop());
   PetscFunctionReturn(PETSC_SUCCESS);

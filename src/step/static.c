@@ -250,6 +250,8 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
   }
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
+  PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
   PetscCall(MPMStaticNumber(s));
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
   PetscCall(CreateSolver(s));
@@ -388,8 +390,10 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(Begin(s));
+  PetscCall(MPMTimersBegin(&core->timers, s->solve));
   PetscCall(Predict(s));
   PetscCall(SNESSolve(s->snes, NULL, s->u));
+  PetscCall(MPMTimersEnd(&core->timers, s->solve));
   PetscCall(SNESGetConvergedReason(s->snes, &reason));
   PetscCall(SNESGetIterationNumber(s->snes, &newton));
   PetscCall(SNESGetLinearSolveIterations(s->snes, &krylov));
@@ -404,6 +408,34 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
   PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticPrint(const MPMCore *core)
+{
+  const struct MPMStatic *s = core->implicit;
+  PetscInt                n;
+  KSP                     ksp;
+  PC                      pc;
+  KSPType                 linear;
+  PCType                  with;
+  SNESType                type;
+  SNESLineSearch          search;
+  SNESLineSearchType      how;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetSize(s->u, &n));
+  PetscCall(SNESGetType(s->snes, &type));
+  PetscCall(SNESGetLineSearch(s->snes, &search));
+  PetscCall(SNESLineSearchGetType(search, &how));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetType(ksp, &linear));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetType(pc, &with));
+  PetscCall(MPMPrint(&core->print,
+                     "solver     %" PetscInt_FMT " unknowns; snes %s with line search %s, ksp %s, pc %s; the same bits on as many "
+                     "processes with the same cuts\n",
+                     n, type, how, linear, with));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -32,6 +32,7 @@ struct MPMStatic {
   MPMCore        *core;
   PetscReal       share; /* of gravity at the end of this step */
   PetscBool       bad;   /* the last trial state was turned inside out */
+  PetscInt        solve, tangent; /* timers */
   PetscInt        newton, krylov, solves, failed; /* of all steps since the start of this program */
 };
 
@@ -41,6 +42,7 @@ struct MPMStatic {
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *, const MPMScene *);
 PetscErrorCode MPMStaticStep(MPMCore *);
+PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */
 PetscErrorCode MPMStaticReport(const MPMCore *);
 PetscErrorCode MPMStaticDestroy(MPMCore *);
 

@@ -483,6 +483,7 @@ PetscErrorCode MPMStaticTangent(struct MPMStatic *s, Mat K, Vec x, Vec b)
   void          *now;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, s->tangent));
   PetscCall(PetscMalloc1(PetscMax(1, core->particles.n * dim * dim), &F));
   PetscCall(MPMParticlesGetField(&core->particles, MPM_FIELD_INDEX_F, &now));
   PetscCall(PetscArraycpy(F, (PetscReal *)now, core->particles.n * dim * dim));
@@ -495,5 +496,6 @@ PetscErrorCode MPMStaticTangent(struct MPMStatic *s, Mat K, Vec x, Vec b)
   PetscCall(MatAssemblyEnd(K, MAT_FINAL_ASSEMBLY));
   PetscCall(ReplaceHeld(s, K, x, b));
   PetscCall(PetscFree(F));
+  PetscCall(MPMTimersEnd(&core->timers, s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,11 +12,13 @@ static PetscReal Speed(const MPMCore *core)
 
 PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
 {
+  if (core->implicit) return 0; /* no wave is followed */
   return dt * Speed(core) / MPMGridSmallestH(&core->grid);
 }
 
 PetscReal MPMWaveCourant(const MPMCore *core, PetscReal dt)
 {
+  if (core->implicit) return 0;
   return dt * PetscSqrtReal(core->status.c2) / MPMGridSmallestH(&core->grid);
 }
 
