@@ -15,6 +15,7 @@ const MPMMaterialType MPMMaterialTypes[] = {
 const char *MPMMaterialSetUp(MPMMaterial *m)
 {
   m->state = 0;
+  m->skew  = PETSC_FALSE;
 #define MPM_MATERIAL_STATE(name, rows)                                                                                 \
   if (MPMListHas(m->type->state, #name)) m->state |= MPM_BIT(name);
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_STATE)

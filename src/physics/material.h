@@ -17,7 +17,8 @@ enum {
   MPM_PLASTIC      = 8,  /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
   MPM_FLUID        = 16, /* tau is a function of J, plus a viscous part, which dissipates */
   MPM_ISOCHORIC    = 32, /* plastic flow keeps the volume, so that particles lock in their cell without F-bar */
-  MPM_LOOSE        = 64  /* a body comes apart and flows, so that its particles' domains keep no shape */
+  MPM_LOOSE        = 64, /* a body comes apart and flows, so that its particles' domains keep no shape */
+  MPM_SYMMETRIC    = 128 /* its tangent (tangent.h) is symmetric, unless its constants say otherwise (`skew`) */
 };
 
 /* The fields that laws read and write, as X(name, components in 3-D). */
@@ -44,7 +45,8 @@ typedef struct _MPMMaterial MPMMaterial;
    bodies of revolution, which have 2-D tensors and the stretch F33 around the axis. All J must be positive. A law
    without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
-#define MPM_LAW_FORMS 4
+#define MPM_LAW_FORMS  4
+#define MPM_TANGENT_NC 9
 struct _MPMMaterialLaw {
   /* sets constants from the options; returns what is wrong, beginning with the name of an option, or NULL */
   const char *(*setup)(MPMMaterial *);
@@ -61,6 +63,13 @@ struct _MPMMaterialLaw {
   /* stress, update and speed2 for vectors of 8, 4, 2 particles, which the transfers call; NULL: they call those
      above */
   const MPMMaterialLaw *lanes[3];
+  /* for implicit steps alone, or NULL. tangent: computes C [6][MPM_TANGENT_NC] of particle p, the derivative in Pa of
+     tau after the step by l = dH f^-1 [dim*dim], after which bodies of revolution have that of v_r/r (tangent.h); b has
+     the state before the step, but F and F33 after it. trial: takes the place of update */
+  void (*tangent[MPM_LAW_FORMS])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt p, const MPMBlock *b,
+                                 PetscReal C[6][MPM_TANGENT_NC]);
+  void (*trial[MPM_LAW_FORMS])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,
+                               MPMBlock *b);
 };
 
 typedef struct {
@@ -77,6 +86,7 @@ struct _MPMMaterial {
   const MPMMaterialLaw  *asked;          /* the law that also sets the fields <name>? of its row; the set-up sets it */
   MPMMaterialType        own;            /* its type, where output asks for such a field: with that law */
   PetscBool              round;          /* of bodies of revolution? */
+  PetscBool              skew;           /* constants for which a law with MPM_SYMMETRIC has no symmetric tangent */
   PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */

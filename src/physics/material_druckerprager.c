@@ -55,6 +55,7 @@ static const char *druckerprager_setup(MPMMaterial *m)
   m->friction = a = m->plane ? druckerprager_plane_slope(phi, b) : druckerprager_slope(phi);
   m->acts[0]      = druckerprager_angle(3 * a / (PetscSqrtReal(8. / 3) + a));
   m->acts[1]      = druckerprager_angle(3 * a * PetscSqrtReal(2 - 3 * b * b) / (2 - 3 * a * b));
+  m->skew         = a > b * (1 + 1e-12) ? PETSC_TRUE : PETSC_FALSE; /* equal ones may differ by rounding */
   m->asked        = &MPMMaterialLaw_druckerprager_strain;
   return NULL;
 }

@@ -12,7 +12,8 @@
 /* Removes tau from the state of a fluid without viscosity. */
 static const char *fluid_setup(MPMMaterial *m)
 {
-  if (!(m->viscosity > 0)) m->state &= ~MPM_BIT(tau);
+  m->skew = m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (!m->skew) m->state &= ~MPM_BIT(tau);
   return NULL;
 }
 #endif
@@ -57,6 +58,31 @@ MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const 
 }
 
 #if MPM_WIDTH == 1
+/* Computes J and tau after a finite displacement: J is multiplied by det f, and the rate is that in the deformed state,
+   d = (I - f^-1)/dt, which is what L = H/dt is for small displacements alone. */
+MPM_INLINE void fluid_trial_update(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s)
+{
+  const PetscReal f33 = 1 + dt * s->L33;
+  PetscReal       f[9], g[9], d[9], J, tr;
+
+  for (int k = 0; k < dim * dim; k++) f[k] = (k % (dim + 1) == 0) + dt * L[k];
+  J = MPMDet(dim, f);
+  s->J *= J * f33;
+  if (!(m->state & MPM_BIT(tau))) return;
+  MPMCofactor(dim, f, g);
+  tr = (1 - 1 / f33) / dt;
+  for (int k = 0; k < dim * dim; k++) {
+    d[k] = ((k % (dim + 1) == 0) - g[k] / J) / dt;
+    tr += k % (dim + 1) == 0 ? d[k] : 0;
+  }
+  fluid_stress(dim, m, s, s->tau);
+  for (int a = 0; a < dim; a++)
+    for (int c = a; c < dim; c++) s->tau[MPMSymIndex(a, c)] += s->J * m->viscosity * (d[a * dim + c] + d[c * dim + a]);
+  if (s->round) s->tau[5] += s->J * m->viscosity * 2 * (1 - 1 / f33) / dt;
+  for (int k = 0; k < 6; k++)
+    if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2 * m->viscosity / 3 * tr;
+}
+
 /* Returns -int p dJ from 1 to J, without regard to the largest tension, in J/m^3. */
 MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
 {
@@ -96,6 +122,7 @@ MPM_LAW_STRESSES(fluid)
 MPM_LAW_UPDATES(fluid, m->state)
 MPM_LAW_SCALARS(fluid, speed2)
 #if MPM_WIDTH == 1
+MPM_LAW_UPDATES(fluid_trial, m->state)
 MPM_LAW_SCALARS(fluid, energy)
 extern const MPMMaterialLaw MPMMaterialLaw_fluid_8, MPMMaterialLaw_fluid_4, MPMMaterialLaw_fluid_2;
 const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
@@ -103,7 +130,8 @@ const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
                                                     .update = MPM_LAW_ALL(fluid, update),
                                                     .energy = MPM_LAW_ALL(fluid, energy),
                                                     .speed2 = MPM_LAW_ALL(fluid, speed2),
-                                                    .lanes  = MPM_LAW_LANES(fluid)};
+                                                    .lanes  = MPM_LAW_LANES(fluid),
+                                                    .trial  = MPM_LAW_ALL(fluid_trial, update)};
 #else
 const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {
     .stress = MPM_LAW_ALL(fluid, stress), .update = MPM_LAW_ALL(fluid, update), .speed2 = MPM_LAW_ALL(fluid, speed2)};
