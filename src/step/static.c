@@ -2,6 +2,7 @@
    forces on a node, is 0. The residual is made by the two transfers of an explicit step, on the state of the particles as
    the step began; nothing else of the state changes before the step has converged. */
 #include "parallel/exchange.h"
+#include "physics/tangent.h"
 #include "physics/wall.h"
 #include "step/static.h"
 #include "step/step.h"
@@ -246,7 +247,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
 
     stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
     if (m->type->traits & MPM_PLASTIC) s->plastic = PETSC_TRUE;
-    if (!(m->type->traits & MPM_HYPERELASTIC)) s->symmetric = PETSC_FALSE;
+    if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
   }
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);

@@ -1,6 +1,7 @@
 /* static_matrix.c - the unknowns of a static step and its matrices: the tangent stiffness, summed particle by particle, and
    the stabilisation of nodes with little matter. In the total frame weights, unknowns and stabilisation do not change. */
 #include "kernels/cell.h"
+#include "kernels/transfer.h"
 #include "parallel/exchange.h"
 #include "physics/tangent.h"
 #include "step/static.h"
@@ -422,38 +423,86 @@ static PetscErrorCode ReplaceHeld(struct MPMStatic *s, Mat K, Vec x, Vec b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Turns the displacement gradients of a step, and the tangents by them, between the frames: H [dim*dim] becomes that of the
+   state as the step began, was [dim*dim], in which the motion then has F; A [dim^4] = dT/dH becomes dP/dF. */
+static void StepGradient(PetscInt dim, const PetscReal F[], const PetscReal was[], PetscReal H[])
+{
+  PetscReal cofactor[9], J = MPMDet((int)dim, was); /* J was^-T */
+
+  MPMCofactor((int)dim, was, cofactor);
+  for (PetscInt d = 0; d < dim; d++)
+    for (PetscInt e = 0; e < dim; e++) {
+      H[d * dim + e] = 0;
+      for (PetscInt k = 0; k < dim; k++)
+        H[d * dim + e] += (F[d * dim + k] - was[d * dim + k]) * cofactor[e * dim + k] / J;
+    }
+}
+
+static void TotalTangent(PetscInt dim, const PetscReal was[], PetscReal A[])
+{
+  const PetscInt n = dim * dim;
+  PetscReal      cofactor[9], J = MPMDet((int)dim, was), half[81];
+
+  MPMCofactor((int)dim, was, cofactor);
+  for (PetscInt a = 0; a < dim; a++)
+    for (PetscInt b = 0; b < dim; b++)
+      for (PetscInt q = 0; q < n; q++) {
+        PetscReal sum = 0;
+
+        for (PetscInt k = 0; k < dim; k++) sum += A[(a * dim + k) * n + q] * cofactor[k * dim + b] / J;
+        half[(a * dim + b) * n + q] = sum;
+      }
+  for (PetscInt q = 0; q < n; q++)
+    for (PetscInt c = 0; c < dim; c++)
+      for (PetscInt d = 0; d < dim; d++) {
+        PetscReal sum = 0;
+
+        for (PetscInt k = 0; k < dim; k++) sum += half[q * n + c * dim + k] * cofactor[k * dim + d] / J;
+        A[q * n + c * dim + d] = sum;
+      }
+}
+
 /* Adds the stiffness of all particles here, those of a cell together. */
 static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, const PetscReal F[])
 {
   MPMCore       *core = s->core;
   const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  const PetscInt *order = core->particles.order;
+  const PetscInt *order = core->particles.order, n = dim * dim;
   PetscScalar    *stiffness;
   PetscInt        nodes = 1, size;
+  PetscReal      *H, *T, *A;
   Stencil         now, cell;
   MPMView         view;
+  MPMTangent      law = {.dim       = dim,
+                         .width     = MPMKernelWidth(),
+                         .dt        = core->params.dt,
+                         .kinds     = core->params.kinds,
+                         .materials = core->params.materials,
+                         .particles = &view};
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) nodes *= MPMBasisNodes(core->basis);
   size = PetscSqr(nodes * dim);
   PetscCall(PetscCalloc1(size, &stiffness));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(PetscMalloc3(PetscMax(1, view.n * n), &H, PetscMax(1, view.n * n), &T, PetscMax(1, view.n * n * n), &A));
+  for (PetscInt p = 0; p < view.n; p++) StepGradient(dim, F + p * n, view.F + p * n, H + p * n);
+  (void)MPMTangentTrial(&law, 0, view.n, H, T, A); /* the residual has found all of them in order */
   for (PetscInt k = 0; k < view.n; k++) {
-    const PetscInt     p    = order[k];
-    const MPMKind     *kind = MPMKindOf(core->params.kinds, &view, p);
-    PetscReal          A[81];
+    const PetscInt p = order[k];
 
+    TotalTangent(dim, view.F + p * n, A + p * n * n);
     SetStencil(s, &view, p, &now);
     if (k && (now.base[0] != cell.base[0] || now.base[1] != cell.base[1] || now.base[2] != cell.base[2])) {
       PetscCall(MatSetValuesBlocked(K, cell.n, cell.number, cell.n, cell.number, stiffness, ADD_VALUES));
       PetscCall(PetscArrayzero(stiffness, size));
     }
-    MPMTangentTotal(dim, &core->params.materials[kind->material], &view, p, F + p * dim * dim, A);
-    AddParticle(dim, &now, kind->V0, A, stiffness);
+    AddParticle(dim, &now, MPMKindOf(core->params.kinds, &view, p)->V0, A + p * n * n, stiffness);
     cell = now;
   }
   if (view.n) PetscCall(MatSetValuesBlocked(K, cell.n, cell.number, cell.n, cell.number, stiffness, ADD_VALUES));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(PetscFree3(H, T, A));
   PetscCall(PetscFree(stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
