@@ -3,6 +3,7 @@
    a view; vectors have 3 components, and 0 on missing axes. Value_<name> returns a number of the run. */
 #include "kernels/cell.h"
 #include "results/diagnostics.h"
+#include "step/static.h"
 #include "step/step.h"
 
 /* --- Quantities of a particle ------------------------------------------------------------------------------------- */
@@ -218,26 +219,15 @@ static void Fill_momentum_size(const MPMShown *s, const MPMView *v, PetscInt p, 
 
 /* --- Quantities of the run ---------------------------------------------------------------------------------------- */
 
-static PetscReal Value_step(const MPMShown *s)
-{
-  return (PetscReal)s->core->step;
-}
-
-static PetscReal Value_time(const MPMShown *s)
-{
-  return s->core->t;
-}
-
-static PetscReal Value_dt(const MPMShown *s)
-{
-  return s->core->step ? s->core->params.dt : 0;
-}
-
-static PetscReal Value_rigid_kinetic_energy(const MPMShown *s)
-{
-  return s->now->rigid;
-}
-
+#define VALUE(name, what)                                                                                              \
+  static PetscReal Value_##name(const MPMShown *s)                                                                     \
+  {                                                                                                                    \
+    return what;                                                                                                       \
+  }
+VALUE(step, (PetscReal)s->core->step)
+VALUE(time, s->core->t)
+VALUE(dt, s->core->step ? s->core->params.dt : 0)
+VALUE(rigid_kinetic_energy, s->now->rigid)
 static PetscReal Value_total_energy(const MPMShown *s)
 {
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
@@ -260,11 +250,7 @@ PetscReal MPMShownWork(const MPMShown *s)
   return work;
 }
 
-static PetscReal Value_external_work(const MPMShown *s)
-{
-  return MPMShownWork(s);
-}
-
+VALUE(external_work, MPMShownWork(s))
 PetscReal MPMShownResidual(const MPMShown *s)
 {
   return MPMShownEver(s->now, MPM_SHOWS_kinetic_energy, 0) + MPMShownEver(s->now, MPM_SHOWS_strain_energy, 0) -
@@ -272,63 +258,27 @@ PetscReal MPMShownResidual(const MPMShown *s)
          s->start->rigid - MPMShownWork(s);
 }
 
-static PetscReal Value_energy_residual(const MPMShown *s)
-{
-  return MPMShownResidual(s);
-}
-
-static PetscReal Value_load_work(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_loads];
-}
-
-static PetscReal Value_energy_gravity(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0];
-}
-
-static PetscReal Value_energy_walls(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2];
-}
-
-static PetscReal Value_energy_rigid(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_rigid];
-}
-
-static PetscReal Value_energy_friction(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_friction] + s->core->rigids.energy[1];
-}
-
+VALUE(energy_residual, MPMShownResidual(s))
+VALUE(load_work, s->now->energy[MPM_ENERGY_loads])
+VALUE(energy_gravity, s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
+VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
+VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])
+VALUE(energy_friction, s->now->energy[MPM_ENERGY_friction] + s->core->rigids.energy[1])
 /* Returns how much a sum over the particles, those that were removed included, has changed since the start. */
 static PetscReal Change(const MPMShown *s, PetscInt row)
 {
   return MPMShownEver(s->now, row, 0) - s->start->sum[row][0];
 }
 
-static PetscReal Value_energy_damping(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_damping];
-}
-
-static PetscReal Value_energy_volumes(const MPMShown *s)
-{
-  return s->now->energy[MPM_ENERGY_volumes];
-}
-
+VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
+VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
 static PetscReal Value_energy_transfer(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s);
 }
 
-static PetscReal Value_energy_laws(const MPMShown *s)
-{
-  return Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress];
-}
-
+VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
 static PetscReal Value_energy_integration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
@@ -336,6 +286,11 @@ static PetscReal Value_energy_integration(const MPMShown *s)
          Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
          Value_energy_rigid(s);
 }
+
+VALUE(newton_iterations, s->core->implicit->newton)
+VALUE(linear_iterations, s->core->implicit->krylov)
+VALUE(steps_cut, s->core->implicit->failed)
+VALUE(force_unbalanced, s->core->implicit->residual)
 
 static PetscReal Value_particles(const MPMShown *s)
 {
@@ -364,12 +319,15 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
+#define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
+  {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_STATIC_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -380,11 +338,13 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   _Static_assert(!((reads) & ~(MPM_MATERIAL_BITS | MPM_BIT(X))), #name ": other fields than X and the state of laws");
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_STATIC_QUANTITY(name, unit, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_STATIC_QUANTITY
 #undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
@@ -443,7 +403,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
                  (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

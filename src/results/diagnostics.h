@@ -9,11 +9,13 @@ enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) MPM_SHOWS_##name,
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
+#define MPM_STATIC_QUANTITY(name, unit, whole)                                              MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_STATIC_QUANTITY
 #undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
@@ -53,7 +55,8 @@ enum {
   MPM_SHOW_RELAXED   = 512,
   MPM_SHOW_SYMMETRIC = 1024,
   MPM_SHOW_RIGID     = 2048,
-  MPM_SHOW_FREE      = 4096
+  MPM_SHOW_FREE      = 4096,
+  MPM_SHOW_STATIC    = 8192
 };
 typedef struct {
   const char *name, *word, *unit, *components;

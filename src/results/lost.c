@@ -6,6 +6,7 @@
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_STATIC_QUANTITY(name, unit, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
 _Static_assert(0
 #include "results/diagnostics.def"
@@ -16,6 +17,7 @@ _Static_assert(0
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_STATIC_QUANTITY
 
 PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
 {

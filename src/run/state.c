@@ -1,6 +1,7 @@
 /* state.c - the variables of a run, as state.def lists them. */
 #include <stddef.h>
 #include "run/mpm.h"
+#include "step/static.h"
 
 _Static_assert(offsetof(MPMReactions, work) - offsetof(MPMReactions, impulse) == 18 * sizeof(MPMSum),
                "the impulses and the work of walls are 24 sums in sequence");

@@ -212,6 +212,19 @@ static void AddKick(MPMCore *core, const Touch *t, const MPMNode *n, const Petsc
   Give(core, t, PETSC_FALSE, J, W);
 }
 
+/* Adds what the walls of a node gave it in a step without inertia: their force at its end is in p, and u, was are its
+   displacements after and before. */
+static void AddHeld(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal u[], const PetscReal was[])
+{
+  PetscReal J[3], W[3];
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    J[d] = core->params.kick * n->p[d];
+    W[d] = n->p[d] * (u[d] - was[d]);
+  }
+  Give(core, t, PETSC_FALSE, J, W);
+}
+
 /* Copies the velocity of a node, the next of those at walls, before a correction. */
 static PetscErrorCode Keep(MPMCore *core, PetscInt at, const PetscReal v[])
 {
@@ -233,6 +246,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
   const MPMReactions *reactions = core->reactions;
   const MPMPhase     *phase     = core->program[k];
   const PetscBool     kicks     = MPMTotalKicks(phase);
+  const PetscBool     placed    = phase->nodes == MPMNodesPlace ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool     advance   = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt      dim       = core->grid.dim;
   const PetscBool     twice     = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
@@ -241,7 +255,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
 
   PetscFunctionBeginUser;
   if (phase->kind != MPM_NODES || (begins && k != reactions->correct)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!advance && !kicks && !again && k != reactions->filter && k != reactions->correct)
+  if (!advance && !kicks && !placed && !again && k != reactions->filter && k != reactions->correct)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
   MPM_FOR_OWN_ROWS(patch, r)
@@ -255,6 +269,8 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
     if (!touch.n || !(n->m > 0)) continue;
     if (begins)
       PetscCall(Keep(core, at, v));
+    else if (placed)
+      AddHeld(core, &touch, n, v, core->before + (PetscInt)(r.state - patch->state) + i * MPM_MOTION_NC(dim));
     else if (kicks)
       AddKick(core, &touch, n, v + dim,
               core->before + ((PetscInt)(r.state - patch->state) + i * MPM_MOTION_NC(dim)) + dim);

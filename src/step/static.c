@@ -340,6 +340,7 @@ static PetscErrorCode Begin(struct MPMStatic *s)
   const PetscScalar *was;
 
   PetscFunctionBeginUser;
+  if (core->reactions) PetscCall(MPMTotalKeep(core));
   PetscCall(FromNodes(s, s->was));
   PetscCall(VecGetArrayRead(s->was, &was));
   Hold(s, was, core->params.dt);
@@ -408,6 +409,7 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   }
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
+  if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
