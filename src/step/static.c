@@ -8,6 +8,8 @@
 #include "step/step.h"
 
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
+/* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
+#define WORST    1e100 /* the residual of such a state, N */
 #define ROUNDING   1e-13 /* of the largest stiffness: smaller forces are rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
@@ -153,10 +155,10 @@ static PetscErrorCode Residual(SNES snes, Vec u, Vec r, void *ctx)
   PetscReal         all;
 
   PetscFunctionBeginUser;
+  (void)snes;
   PetscCall(Try(s, u));
   if (s->bad) {
-    PetscCall(VecSet(r, 0));
-    PetscCall(SNESSetFunctionDomainError(snes));
+    PetscCall(VecSet(r, WORST));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Forces(s, u, r, &all));
@@ -192,7 +194,9 @@ static PetscErrorCode Converged(SNES snes, PetscInt it, PetscReal x, PetscReal s
   PetscCall(SNESGetTolerances(snes, NULL, &rtol, NULL, &most, NULL));
   s->residual = f;
   *reason     = SNES_CONVERGED_ITERATING;
-  if (PetscIsInfOrNanReal(f))
+  if (s->bad)
+    *reason = SNES_DIVERGED_FUNCTION_DOMAIN;
+  else if (PetscIsInfOrNanReal(f))
     *reason = SNES_DIVERGED_FNORM_NAN;
   else if (f <= PetscMax(rtol * s->scale, s->least))
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
@@ -208,7 +212,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
 {
   const MPMCore *core = s->core;
   PetscMPIInt    size;
-  PetscBool      direct;
+  PetscBool      direct, given;
   SNESLineSearch search;
   KSP            ksp;
   PC             pc;
@@ -223,7 +227,9 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
   PetscCall(SNESSetConvergenceTest(s->snes, Converged, s, NULL));
   PetscCall(SNESGetLineSearch(s->snes, &search));
-  PetscCall(SNESLineSearchSetType(search, s->plastic ? SNESLINESEARCHBT : SNESLINESEARCHBASIC));
+  PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-snes_linesearch_type", &given));
+  if (given) s->searches = PETSC_FALSE;
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
@@ -246,9 +252,11 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
     const MPMMaterial *m = &core->params.materials[k];
 
     stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
-    if (m->type->traits & MPM_PLASTIC) s->plastic = PETSC_TRUE;
+    if (m->type->traits & MPM_PLASTIC) s->searches = PETSC_TRUE;
     if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
   }
+  for (PetscInt k = 0; k < scene->nloads; k++)
+    if (scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
   PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
@@ -383,25 +391,43 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticStep(MPMCore *core)
+/* Solves for the displacements of the step, and counts how. */
+static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
 {
-  struct MPMStatic   *s = core->implicit;
-  SNESConvergedReason reason;
-  PetscInt            newton, krylov;
-  PetscReal           all;
+  PetscInt newton, krylov;
 
   PetscFunctionBeginUser;
   PetscCall(Begin(s));
-  PetscCall(MPMTimersBegin(&core->timers, s->solve));
   PetscCall(Predict(s));
   PetscCall(SNESSolve(s->snes, NULL, s->u));
-  PetscCall(MPMTimersEnd(&core->timers, s->solve));
-  PetscCall(SNESGetConvergedReason(s->snes, &reason));
+  PetscCall(SNESGetConvergedReason(s->snes, reason));
   PetscCall(SNESGetIterationNumber(s->snes, &newton));
   PetscCall(SNESGetLinearSolveIterations(s->snes, &krylov));
   s->newton += newton;
   s->krylov += krylov;
   s->solves++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticStep(MPMCore *core)
+{
+  struct MPMStatic   *s = core->implicit;
+  SNESConvergedReason reason;
+  PetscReal           all;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, s->solve));
+  PetscCall(Solve(s, &reason));
+  if (reason <= 0 && s->searches) { /* whole steps suit bending, shortened ones plastic flow */
+    SNESLineSearch search;
+
+    PetscCall(ToNodes(s, s->was));
+    PetscCall(SNESGetLineSearch(s->snes, &search));
+    PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBT));
+    PetscCall(Solve(s, &reason));
+    PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
+  }
+  PetscCall(MPMTimersEnd(&core->timers, s->solve));
   if (reason <= 0) {
     s->failed++;
     PetscCall(Fail(s, reason));

@@ -11,7 +11,8 @@ struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
   PetscReal ghost; /* -method_stabilize_factor, 1; 0: none */
   PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
-  PetscBool plastic, symmetric; /* of all laws of the scene */
+  PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
+  PetscBool symmetric; /* the tangents of all laws */
 
   /* The unknowns: the displacements of own nodes that have mass, [n][dim], in the order of the patch's rows. */
   PetscInt   n;

@@ -376,9 +376,10 @@ PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
 
 /* --- Tangent ------------------------------------------------------------------------------------------------------ */
 
-/* Adds the stiffness of a particle of volume V0, with A [dim^4] = dP/dF, to that of the nodes of its stencil,
-   [nodes dim][nodes dim]. */
-static void AddParticle(PetscInt dim, const Stencil *t, PetscReal V0, const PetscReal A[], PetscScalar stiffness[])
+/* Adds the stiffness of a particle of volume V0, with A [dim^4] = dP/dF, and B [dim][dim*dim], N, the derivative by F of the
+   force on it, unless it is NULL, to that of the nodes of its stencil, [nodes dim][nodes dim]. */
+static void AddParticle(PetscInt dim, const Stencil *t, PetscReal V0, const PetscReal A[], const PetscReal *B,
+                        PetscScalar stiffness[])
 {
   const PetscInt n = t->n * dim;
 
@@ -387,7 +388,7 @@ static void AddParticle(PetscInt dim, const Stencil *t, PetscReal V0, const Pets
       PetscReal half[9]; /* V0 A_aBcD d_B phi_i, [c][D] */
 
       for (PetscInt k = 0; k < dim * dim; k++) {
-        half[k] = 0;
+        half[k] = B ? -B[a * dim * dim + k] * t->w[i] : 0;
         for (PetscInt e = 0; e < dim; e++) half[k] += V0 * A[(a * dim + e) * dim * dim + k] * t->g[i][e];
       }
       for (PetscInt j = 0; j < t->n; j++)
@@ -463,16 +464,18 @@ static void TotalTangent(PetscInt dim, const PetscReal was[], PetscReal A[])
 }
 
 /* Adds the stiffness of all particles here, those of a cell together. */
-static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, const PetscReal F[])
+static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, PetscReal F[])
 {
   MPMCore       *core = s->core;
-  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(id) |
+                       MPM_BIT(x) | MPM_BIT(depth);
   const PetscInt *order = core->particles.order, n = dim * dim;
   PetscScalar    *stiffness;
   PetscInt        nodes = 1, size;
-  PetscReal      *H, *T, *A;
+  PetscReal      *H, *T, *A, B[27], loads[81];
+  PetscBool       any = PETSC_FALSE;
   Stencil         now, cell;
-  MPMView         view;
+  MPMView         view, loaded; /* loaded: with F of the trial state */
   MPMTangent      law = {.dim       = dim,
                          .width     = MPMKernelWidth(),
                          .dt        = core->params.dt,
@@ -485,6 +488,8 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, const PetscReal F
   size = PetscSqr(nodes * dim);
   PetscCall(PetscCalloc1(size, &stiffness));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  loaded   = view;
+  loaded.F = F;
   PetscCall(PetscMalloc3(PetscMax(1, view.n * n), &H, PetscMax(1, view.n * n), &T, PetscMax(1, view.n * n * n), &A));
   for (PetscInt p = 0; p < view.n; p++) StepGradient(dim, F + p * n, view.F + p * n, H + p * n);
   (void)MPMTangentTrial(&law, 0, view.n, H, T, A); /* the residual has found all of them in order */
@@ -492,12 +497,17 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, const PetscReal F
     const PetscInt p = order[k];
 
     TotalTangent(dim, view.F + p * n, A + p * n * n);
+    if (core->needs.loaded) {
+      PetscCall(MPMForcesTangent(s->scene, core, &loaded, p, core->t + core->params.dt, B, loads, &any));
+      for (PetscInt q = 0; q < n * n && any; q++) A[p * n * n + q] -= loads[q];
+      for (PetscInt q = 0; q < n * dim && any; q++) B[q] *= MPMKindOf(core->params.kinds, &view, p)->m;
+    }
     SetStencil(s, &view, p, &now);
     if (k && (now.base[0] != cell.base[0] || now.base[1] != cell.base[1] || now.base[2] != cell.base[2])) {
       PetscCall(MatSetValuesBlocked(K, cell.n, cell.number, cell.n, cell.number, stiffness, ADD_VALUES));
       PetscCall(PetscArrayzero(stiffness, size));
     }
-    AddParticle(dim, &now, MPMKindOf(core->params.kinds, &view, p)->V0, A + p * n * n, stiffness);
+    AddParticle(dim, &now, MPMKindOf(core->params.kinds, &view, p)->V0, A + p * n * n, any ? B : NULL, stiffness);
     cell = now;
   }
   if (view.n) PetscCall(MatSetValuesBlocked(K, cell.n, cell.number, cell.n, cell.number, stiffness, ADD_VALUES));
