@@ -4,6 +4,7 @@
    processes, of any number, decide the same. */
 #include "base/signals.h"
 #include "run/mpm.h"
+#include "step/static.h"
 
 /* Reads -check_state, -dt_retry, -dt_max_growth and -particles_leave; faults are left in o. Not collective. */
 PetscErrorCode MPMAdvanceSetFromOptions(MPM mpm, MPMOptions o)
@@ -258,6 +259,7 @@ PetscErrorCode MPMAdvance(MPM mpm)
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
+  if (!core->stop[0]) PetscCall(MPMStaticCheckOptions(core));
   MPMSceneCheckPistons(&mpm->scene, core);
   MPMRigidsCheck(core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])

@@ -65,7 +65,7 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!strcmp(time, "explicit")) {
-    static const char *const only[] = {"gravity_ramp", "method_stabilize_factor", "method_stabilize_fill"};
+    static const char *const only[] = {"gravity_ramp", "dt_strain", "method_stabilize_factor", "method_stabilize_fill"};
 
     for (size_t k = 0; k < sizeof only / sizeof only[0]; k++) {
       char name[MPM_NAME_LEN];

@@ -25,6 +25,7 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
   s->ramp        = end;
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
+  PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
   PetscCall(MPMOptionsReal(o, "method_stabilize_fill", NULL, &s->fill, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -284,6 +285,12 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
                  reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
                  : reason == SNES_DIVERGED_LINEAR_SOLVE            ? KSPConvergedReasons[linear]
                                                                    : SNESConvergedReasons[reason]);
+  if (reason == SNES_CONVERGED_ITERATING)
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
+                   "from it, and -dt_strain allows %g",
+                   (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
+  else
   (void)snprintf(core->stop, sizeof core->stop,
                  "no equilibrium was found at t=%g s: after %" PetscInt_FMT
                  " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
@@ -409,6 +416,28 @@ static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
+{
+  static const char *const heads[] = {"snes_", "ksp_", "pc_", "mg_", "mat_"};
+  PetscInt                 n;
+  char                   **names, **values;
+  struct MPMStatic        *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s || !s->solves || s->checked) PetscFunctionReturn(PETSC_SUCCESS);
+  s->checked = PETSC_TRUE;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt k = 0; k < n; k++)
+    for (size_t h = 0; h < sizeof heads / sizeof heads[0] && !core->stop[0]; h++)
+      if (!strncasecmp(names[k], heads[h], strlen(heads[h])))
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
+                       "-snes_view says which solvers these are",
+                       names[k]);
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMStaticStep(MPMCore *core)
 {
   struct MPMStatic   *s = core->implicit;
@@ -427,7 +456,9 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
     PetscCall(Solve(s, &reason));
     PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
   }
+  if (reason > 0) PetscCall(MPMStaticLeap(s, &s->leap));
   PetscCall(MPMTimersEnd(&core->timers, s->solve));
+  if (reason > 0 && s->leap > s->most) reason = SNES_CONVERGED_ITERATING;
   if (reason <= 0) {
     s->failed++;
     PetscCall(Fail(s, reason));

@@ -10,8 +10,10 @@
 struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
   PetscReal ghost; /* -method_stabilize_factor, 1; 0: none */
+  PetscReal most;  /* -dt_strain: the most that leap may be, 1 */
   PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
   PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
+  PetscBool checked;   /* the options of PETSc's solvers have been looked at */
   PetscBool symmetric; /* the tangents of all laws */
 
   /* The unknowns: the displacements of own nodes that have mass, [n][dim], in the order of the patch's rows. */
@@ -31,6 +33,7 @@ struct MPMStatic {
 
   const MPMScene *scene;
   MPMCore        *core;
+  PetscReal       leap;  /* the largest component of the displacement gradient of the step */
   PetscReal       share; /* of gravity at the end of this step */
   PetscBool       bad;   /* the last trial state was turned inside out */
   PetscInt        solve, tangent; /* timers */
@@ -39,19 +42,23 @@ struct MPMStatic {
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
    nodes, and is collective on exchange.data, as is Destroy; Step makes a step from core->t over params.dt: if there is no
-   equilibrium, core->stop says why, and the particles are those before it. Report prints what the steps cost. */
+   equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
+   solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *, const MPMScene *);
 PetscErrorCode MPMStaticStep(MPMCore *);
+PetscErrorCode MPMStaticCheckOptions(MPMCore *);
 PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */
 PetscErrorCode MPMStaticReport(const MPMCore *);
 PetscErrorCode MPMStaticDestroy(MPMCore *);
 
 /* The unknowns and the matrices (static_matrix.c): Tangent sets K to the tangent of the state that the residual was last made
    of, with the rows and columns of what walls hold replaced; if x has displacements of these, what they do to the others
-   is taken from b. The particles are those as the step began afterwards. Collective on exchange.data. */
+   is taken from b. Leap finds the largest component of the displacement gradient in the step, 1. The particles are those as
+   the step began afterwards. Collective on exchange.data. */
 PetscErrorCode MPMStaticNumber(struct MPMStatic *);
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
+PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
 
 #endif

@@ -534,20 +534,53 @@ static PetscErrorCode AddStabilisation(struct MPMStatic *s, Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticTangent(struct MPMStatic *s, Mat K, Vec x, Vec b)
+/* Gives a copy of F [n][dim*dim] of the particles' trial state, and puts them back to that as the step began. */
+static PetscErrorCode TakeTrial(struct MPMStatic *s, PetscReal **F)
 {
   MPMCore       *core = s->core;
-  const PetscInt dim  = core->grid.dim;
-  PetscReal     *F;
+  const PetscInt n    = core->particles.n * core->grid.dim * core->grid.dim;
   void          *now;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMTimersBegin(&core->timers, s->tangent));
-  PetscCall(PetscMalloc1(PetscMax(1, core->particles.n * dim * dim), &F));
+  PetscCall(PetscMalloc1(PetscMax(1, n), F));
   PetscCall(MPMParticlesGetField(&core->particles, MPM_FIELD_INDEX_F, &now));
-  PetscCall(PetscArraycpy(F, (PetscReal *)now, core->particles.n * dim * dim));
+  PetscCall(PetscArraycpy(*F, (PetscReal *)now, n));
   PetscCall(MPMParticlesRestoreField(&core->particles, MPM_FIELD_INDEX_F));
   PetscCall(MPMParticlesPutBack(&core->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticLeap(struct MPMStatic *s, PetscReal *most)
+{
+  MPMCore       *core = s->core;
+  const PetscInt dim = core->grid.dim, n = dim * dim;
+  PetscReal     *F;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  *most = 0;
+  PetscCall(TakeTrial(s, &F));
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(F), &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal H[9];
+
+    StepGradient(dim, F + p * n, view.F + p * n, H);
+    for (PetscInt k = 0; k < n; k++) *most = PetscMax(*most, PetscAbsReal(H[k]));
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(F), &view));
+  PetscCall(PetscFree(F));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticTangent(struct MPMStatic *s, Mat K, Vec x, Vec b)
+{
+  MPMCore   *core = s->core;
+  PetscReal *F;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, s->tangent));
+  PetscCall(TakeTrial(s, &F));
   PetscCall(MatZeroEntries(K));
   PetscCall(AddParticles(s, K, F));
   if (s->ghosts) PetscCall(AddStabilisation(s, K));
