@@ -34,7 +34,7 @@ MPM_INLINE MPMReal vonmises_speed2(int dim, const MPMMaterial *m, const MPMParti
 #if MPM_WIDTH == 1
 /* a = K 1(x)1 + 2 mu keep D - 6 mu^2 (1/(3 mu + hardening) - dgamma/q) n(x)n where it flows, with D = I - 1(x)1/3 and
    the direction n of the trial deviator (de Souza Neto, Peric and Owen, Computational Methods for Plasticity, 2008,
-   eq. 7.213). */
+   section 7.4). */
 MPM_INLINE void vonmises_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s,
                                  PetscReal C[6][MPM_TANGENT_NC])
 {
