@@ -52,13 +52,39 @@ PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, befor
 PetscErrorCode MPMStaticReport(const MPMCore *);
 PetscErrorCode MPMStaticDestroy(MPMCore *);
 
-/* The unknowns and the matrices (static_matrix.c): Tangent sets K to the tangent of the state that the residual was last made
-   of, with the rows and columns of what walls hold replaced; if x has displacements of these, what they do to the others
-   is taken from b. Leap finds the largest component of the displacement gradient in the step, 1. The particles are those as
-   the step began afterwards. Collective on exchange.data. */
+/* The nodes of a particle's stencil: their weights and gradients, 1 and 1/m, and the numbers of their unknowns. */
+#define MPM_STATIC_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
+typedef struct {
+  PetscInt  n, base[3], number[MPM_STATIC_NODES];
+  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3];
+} MPMStaticNodes;
+
+/* The unknowns (static_nodes.c). Number finds them and makes vectors and the tangent's matrix. Stencil sets the nodes of
+   particle p of a view, which has X, kind and l. Where gives the place ijk [3] in the grid of own unknown q, and Place where a
+   node is among s->at. Spread sets value, as long as that, to own [n], a number of each own unknown, also where
+   other processes have them, and to `none` elsewhere. CreateMatrix has room for nodes within `reach` on all axes and for those
+   within Order along one: the order of the difference of the stabilisation, one above that of the basis. Number, Spread
+   and CreateMatrix are collective on exchange.data. */
 PetscErrorCode MPMStaticNumber(struct MPMStatic *);
+void           MPMStaticStencil(const struct MPMStatic *, const MPMView *, PetscInt p, MPMStaticNodes *);
+void           MPMStaticWhere(const struct MPMStatic *, PetscInt q, PetscInt ijk[]);
+PetscInt       MPMStaticPlace(const struct MPMStatic *, const PetscInt ijk[]);
+PetscErrorCode MPMStaticSpread(struct MPMStatic *, const PetscReal own[], PetscReal none, PetscReal value[]);
+PetscInt       MPMStaticOrder(const struct MPMStatic *);
+PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *, PetscInt reach, Mat *);
+
+/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes. Tangent (static_matrix.c) sets K to the tangent of
+   the state that the residual was last made of, with the rows and columns of what walls hold replaced; if x has
+   displacements of these, what they do to the others is taken from b. Leap finds the largest component of the
+   displacement gradient in the step, 1. Afterwards the particles are those as the step began. Collective on exchange.data. */
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
-PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
+PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
+
+/* The parts of a solve (static.c), for SNES: the state of displacements u, in which s->bad says that some particle is turned
+   inside out; the residual; the tangent; whether Newton's method has converged. Collective on exchange.data. */
+PetscErrorCode MPMStaticResidual(SNES, Vec u, Vec r, void *);
+PetscErrorCode MPMStaticJacobian(SNES, Vec u, Mat, Mat, void *);
+PetscErrorCode MPMStaticConverged(SNES, PetscInt it, PetscReal x, PetscReal step, PetscReal f, SNESConvergedReason *, void *);
 
 #endif
