@@ -136,7 +136,8 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.kick = core->step ? MPMKick(core->params.dt, now) : core->grid.total && !core->implicit ? 0.5 * now : now;
+  core->params.kick = MPMKick(core->step ? core->params.dt : now, now);
+  if (core->grid.total && !core->implicit && (!core->step || core->damping.rest)) core->params.kick = 0.5 * now;
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
