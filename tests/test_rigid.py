@@ -134,7 +134,8 @@ def check_falls():
     done = check.must("-options_file", check.scene("roll"), *QUIET, "-output_name", "roll", "-history_energy")
     found = check.history("output/roll.csv")
     energy = found["total_energy"][-1]
-    off = np.abs(found["energy_integration"]).max() / energy
+    off, rise = np.abs(found["energy_integration"]).max() / energy, np.diff(found["energy_friction"]).max()
+    check.that(rise <= 0, f"a disk rolls down elastic ground: friction takes {-found['energy_friction'][-1]:.1f} J of {energy:.0f}, and between two lines gives {rise:.1e} J at most")
     check.that(off < 0.002 and found["rigid_kinetic_energy"][-1] > 0.99 * energy and "energy_rigid" not in found and done.find(r", of free rigid bodies 0 -> (6\d+\.\d+) J, total"),
                f"a disk rolls down elastic ground: {off:.5f} of its energy are not explained")
 

@@ -142,6 +142,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   MPMRigidVelocity(pair->rigid, core->grid.dim, to->at, V);
   if (dt > 0) to->least = -room / dt;
   for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
+  if (!pair->flows) to->least = PetscMin(0, to->least); /* or a body that turns would give more than it loses */
   return PETSC_TRUE;
 }
 
