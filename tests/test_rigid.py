@@ -140,6 +140,16 @@ def check_falls():
                f"a disk rolls down elastic ground: {off:.5f} of its energy are not explained")
 
 
+def check_floats():
+    """What a box that floats takes of the energy by friction never comes back; the push out of it counts with the volumes."""
+    lines = grid([0, 0], [2, 1.5], 0.1) + ["-gravity 0,-10", "-bodies pool,b", "-materials w", "-material_w_model fluid", "-material_w_rho 1000", "-material_w_K 1e6", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin")),
+                                           *box("pool", [0, 0], [2, 0.8], "material w", "cut b"), *box("b", [0.8, 0.4], [1.2, 0.8], "rigid free", "rho 500", "mu 0"), "-time_end 1", "-history_energy", "-history_every 0.01"]
+    for update, transfer, most in (("usl", "aflip", 0.04), ("musl", "flip", 0.08)):
+        found, _ = run("floats", lines, "-method_update", update, "-method_transfer", transfer, "-material_w_relaxation", 1)
+        rise, off = np.diff(found["energy_friction"]).max(), np.abs(found["energy_integration"]).max() / found["external_work"].max()
+        check.that(rise <= 0 and found["energy_friction"][-1] < 0 and off < most, f"a rigid box floats, {update}: friction takes {-found['energy_friction'][-1]:.2f} J and gives {rise:.1e} J at most between two lines; {off:.3f} of the work is not explained")
+
+
 def check_rolls():
     for dim, name, inertia in ((2, "disk", 0.5), (3, "ball", 0.4)):
         for angle, mu in ((30, 0.5), (45, 0.2)):
@@ -316,6 +326,7 @@ check_spin()
 check_energy()
 check_friction()
 check_falls()
+check_floats()
 check_grip()
 check_couette()
 check_thin()
