@@ -185,6 +185,25 @@ def check_strikes():
         check.that(off < 1e-12 and given > 0.6, f"a free disk strikes a block, {update} {transfer}: it gives {given:.3f} of its momentum, the sum changes by {off:.0e}")
 
 
+def check_symmetric():
+    """Planes of symmetry through a free body: what is in the grid moves as in the whole scene, in 2-D on one plane, in 3-D on two, and
+    in 3-D about the normal of one. Linear functions alone are mirrored exactly there."""
+    for dim, planes, spin in ((2, 1, 0), (3, 2, 0), (3, 1, 2)):
+        found = []
+        for whole in (True, False):
+            lower = [-0.6 if whole or d >= planes else 0 for d in range(dim - 1)] + [0]
+            pads = [[f"-bc_{'xyz'[d]}{side}_type slip" for side in ("min", "max")] for d in range(dim - 1)]
+            lines = grid(lower, [0.6] * (dim - 1) + [1.2], 0.1) + SOFT + ["-bodies block,ball", *box("block", lower, [0.6] * (dim - 1) + [0.4], "material m", "ppc " + ",".join("2" * dim)), *sum(pads, []), f"-bc_{'xyz'[dim - 1]}min_type fixed",
+                     "-gravity " + words([0] * (dim - 1) + [-10]), "-time_end 0.1", "-body_ball_rigid free", "-body_ball_shape sphere", "-body_ball_center " + words([0] * (dim - 1) + [0.71]), "-body_ball_radius 0.3",
+                     "-body_ball_rho 3000", "-body_ball_mu 0.3", "-body_ball_velocity " + words([0] * (dim - 2) + ([0.2, -1] if spin else [0, -1])), *(["-body_ball_spin 2,0,0"] if spin else [])]
+            found.append(run("symmetric", lines, "-history_energy", "-dt_size", 5e-4, *"-method_basis linear -method_update musl -method_transfer flip".split())[0])
+        up, mass = "xyz"[dim - 1], 2 ** planes
+        off = max(np.abs(found[0][key] - found[1][key]).max() for key in [f"pivot_ball_{axis}" for axis in "xyz"[:dim]] + [f"velocity_ball_{axis}" for axis in "xyz"[:dim]] + [f"spin_ball_{axis}" for axis in "xyz" if f"spin_ball_{axis}" in found[0]])
+        push, energy = (np.abs(found[0][key] - mass * found[1][key]).max() / np.abs(found[0][key]).max() for key in ("reaction_ball_" + up, "rigid_kinetic_energy"))
+        check.that(off < 1e-7 and push < 1e-7 and energy < 1e-7 and np.abs(found[0]["reaction_ball_" + up]).max() > 100,
+                   f"planes of symmetry, {planes} in {dim}-D: a free ball {'that spins ' * (spin > 0)}moves as in the whole scene to {off:.0e}, pushes 1/{mass} of it to {push:.0e}, its energy to {energy:.0e}")
+
+
 def check_ends():
     meet = check.pebble("-options_file", check.write("meet.opts", STRIKES + box("stop", [0, 1.38], [1.4, 1.5], "rigid fixed")), *QUIET, "-bodies", "block,disk,stop")
     check.that(meet.status == 3 and "the rigid bodies disk and stop meet at t=" in meet.err, f"rigid bodies that meet: {meet.err.strip()}")
@@ -334,6 +353,7 @@ check_paths()
 check_rolls()
 check_box()
 check_strikes()
+check_symmetric()
 check_ends()
 check_many()
 check_equal()
