@@ -165,7 +165,7 @@ static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, Pe
   if (decides) more = PetscMax(more, -col->press);
   col->press += more;
   for (PetscInt d = 0; d < 3; d++) J[d] = more * col->n[d];
-  if (rubs && mu > 0) {
+  if (rubs && mu > 0 && !col->slips) {
     PetscReal brake[3], inverse = col->across;
 
     if (free) {
