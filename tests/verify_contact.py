@@ -364,13 +364,14 @@ def methods(how):
             f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-12, 1.01")
 
 
-# ---- A rigid strip footing is pushed into clay without weight, then lifted: its load at the limit is (2 + pi) c, rough and smooth.
+# ---- A rigid strip footing is pushed into clay without weight by 2 % of its width, then lifted: its load at the limit is (2 + pi) c,
+# rough and smooth. Pushed farther it bears more; on coarse grids F-bar creeps, so slower it bears less, and without F-bar it locks.
 def footing_scene(n, mu, c=1e4, **more):
     return {"dim": 2, "geometry": "plane_strain", "grid_lower": "1,0.75", "grid_upper": "5,2.5", "grid_h": f"{1 / n},{1 / n}", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
             "bc_ymin_type": "fixed", "materials": "clay", "material_clay_model": "vonmises", "material_clay_rho": 1800, "material_clay_E": 500 * c, "material_clay_nu": 0.45,
             "material_clay_yield": c * math.sqrt(3), "bodies": "ground,footing", **body("ground", "clay", "box", lower="1,0.75", upper="5,2"), "body_footing_rigid": "moving",
             "body_footing_shape": "box", "body_footing_lower": "2.5,2", "body_footing_upper": "3.5,2.375", "body_footing_mu": mu,
-            "body_footing_velocity": '"0,(t<1.2?-0.025*(1-cos(2*pi*t/1.2)):0.05*(1-cos(2*pi*(t-1.2)/0.8)))"', "time_end": 1.8, "history_bodies": "footing",
+            "body_footing_velocity": '"0,(t<1.4?-0.02/1.4*(1-cos(2*pi*t/1.4)):0.05*(1-cos(2*pi*(t-1.4)/0.8)))"', "time_end": 2, "history_bodies": "footing",
             "history_every": 0.01, **more}
 
 
@@ -380,9 +381,9 @@ def footing(how):
     for (mu, n), one in zip(jobs, found):
         load = -one["reaction_footing_y"] / 1e4
         most, pulls, end = load.max() / (2 + math.pi), -load.min(), np.abs(load[-10:]).max()
-        allowed = {0: (0.1, 0.05), 0.3: (0.15, 0.12), 10: (0.3, 0.25)}[mu][n > 8]
+        allowed = (0.1, 0.05)[n > 8]
         row(abs(most - 1) <= allowed and pulls <= 1e-9 and end == 0, f"footing, mu {mu}, {n} cells in its width",
-            f"load {most:.4f} of the limit, pulls {pulls:.1e} c, {end:.0e} when lifted", "1, 0, 0", f"{100 * allowed:.0f} % (wanted: {5 if n > 8 else 10} %)")
+            f"load {most:.4f} of the limit, pulls {pulls:.1e} c, {end:.0e} when lifted", "1, 0, 0", f"{100 * allowed:.0f} %")
 
 
 # ---- A disk, free and rigid, spins between two elastic plates that are pressed together by N: mu N R brakes it on either side.
