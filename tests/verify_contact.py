@@ -143,6 +143,14 @@ def slope(how):
                     row(abs(way / exact - 1) <= 0.03, name, f"way {way:.4f}, off {way / exact - 1:+.4f}", f"{exact:.4f}", "3 %")
                 else:
                     row(abs(way) <= 3e-3 * free, name, f"way {way:.5f}, {way / free:.4f} of the free one", "0", "3e-3 of the free one, elastic")
+    for tilt, h in [(tilt, h) for tilt in (0, 17) for h in (1 / 8, 1 / 16)] if how == "all" else []:
+        ways = []
+        for E in (1e7, 1e8):
+            found = simulate("stiff", slope_scene(h, 0.3, tilt, material_m_E=E, material_f_E=E))
+            x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
+            ways.append(((x[-1] - x[0]) @ frame(tilt)[0]) / (10 * ramped_motion(found["time"][-1])[1] * (0.5 - 0.3 * math.sqrt(0.75))) - 1)
+        row(abs(ways[1]) <= 5e-4 and abs(ways[1]) < 0.2 * abs(ways[0]), f"block on a slope, floor at {tilt}, ten times as stiff, H/h {0.5 / h:.0f}",
+            f"off {ways[1]:+.5f} (before {ways[0]:+.5f})", "0", "5e-4: the error is the elastic displacement")
 
 
 # ---- A disk or ball that rolls down a slope of 45 degrees.
@@ -223,11 +231,21 @@ def hertz(how):
     b, stiff = 0.125, 1 / (0.91 + 0.91 / 4)
     force = b * b * math.pi * stiff / 4
     p0 = 2 * force / (math.pi * b)
+    found = {}
     for tilt in (0, 17):
         for h in grids((1 / 16, 1 / 24, 1 / 32), how):
             simulate(f"hertz{tilt}-{round(1 / h)}", hertz_scene(h, tilt, force / math.pi))
             plate, disk = (value / p0 for value in axis_stress(f"hertz{tilt}-{round(1 / h)}", h, tilt, b))
+            found[tilt, h] = (plate, disk)
             row(abs(plate - 1) <= 0.1 and abs(disk - 1) <= 0.1, f"Hertz, plate at {tilt}, {2 * b / h:.0f} cells in the width", f"p0 of plate {plate:.3f}, of disk {disk:.3f}", "1", "10 %")
+    if how != "all":
+        return
+    last = (1, 1)  # Hertz is exact for b/R -> 0: beyond 1/16 and 1/8 with as many cells in b, on a line
+    for h in (1 / 16, 1 / 24, 1 / 32):
+        simulate("hertz_half", hertz_scene(h / 2, 0, force / (4 * math.pi)))
+        off = [abs(2 * 2 * value / p0 - whole - 1) for value, whole in zip(axis_stress("hertz_half", h / 2, 0, b / 2), found[0, h])]
+        row(off[0] < last[0] and off[1] < last[1] and max(off) < 0.035, f"Hertz, b/R to 0, {2 * b / h:.0f} cells in the width", f"p0 off by {off[0]:.4f} in the plate, {off[1]:.4f} in the disk", "0", "falls")
+        last = off
 
 
 # ---- Two disks collide.
