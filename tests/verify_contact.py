@@ -283,9 +283,9 @@ def disks(how):
             touch = (0.594 - (math.sqrt(0.16 - offset ** 2))) / 0.28284
             kept = [(one["kinetic_energy"] + one["strain_energy"])[-1] / one["kinetic_energy"][0] for one in (found, plain)]
             energies.setdefault(name, []).append(kept[0])
-            row(lost < 1e-12 and turn < 0.02 and -0.01 <= start - touch <= 0.35 / cells / 0.28284 + 0.02 and kept[0] <= 1,
+            row(lost < 1e-13 and turn < 0.02 and -0.01 <= start - touch <= 0.35 / cells / 0.28284 + 0.02 and kept[0] <= 1,
                 f"disks {name}, {cells} cells", f"p {lost:.0e} L {turn:.0e} touch {start:.3f} energy {kept[0]:.3f} ({kept[1]:.3f} without)",
-                f"0, 0, {touch:.3f}, 1", "1e-12, 0.02, +h/3")
+                f"0, 0, {touch:.3f}, 1", "1e-13, 0.02, +h/3")
     for name, kept in energies.items():
         row(kept[0] >= 0.56 and all(b > a for a, b in zip(kept, kept[1:])), f"disks {name}: energy that is lost falls", " ".join(f"{1 - e:.3f}" for e in kept), "0", "0.44, falls")
 
@@ -378,8 +378,8 @@ def methods(how):
         all_p = 2 * found["mass_a"][0] * 0.14142
         lost = max(np.abs(found[f"momentum_{axis}"]).max() for axis in "xy") / all_p
         energy = found["total_energy"].max() / found["total_energy"][0]
-        row(lost < 1e-12 and energy < 1.01, f"disks at an offset, {basis} {update} {transfer}",
-            f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-12, 1.01")
+        row(lost < 1e-13 and energy < 1.01, f"disks at an offset, {basis} {update} {transfer}",
+            f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-13, 1.01")
 
 
 # ---- A rigid strip footing is pushed into clay without weight by 2 % of its width, then lifted: its load at the limit is (2 + pi) c,
