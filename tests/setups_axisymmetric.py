@@ -17,6 +17,9 @@ def round_scene(**more):
     return {key: value for key, value in scene.items() if value is not None}
 
 
+TOTAL = {"method_frame": "total"}
+
+
 def run_scene(name, scene, must=True, **more):
     """Runs it here; the results are name.csv and name.h5."""
     path = check.write(name + ".opts", [f"-{key} {value}" for key, value in scene.items()])
