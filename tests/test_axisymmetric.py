@@ -130,6 +130,31 @@ def check_water():
     check.that(abs(force - 1) < 1e-4, f"water in a round tank: force on the foot {force:.6f} of the weight")
 
 
+def check_ground():
+    """What starts with the stress due to its weight has the horizontal one around the axis too, and rests as in a plane."""
+    soil = {"material_m_model": "druckerprager", "material_m_rho": 2000, "material_m_friction_angle": 30}
+    laws = {"elastic": {"material_m_model": "elastic"}, "neohookean": {"material_m_k0": 0.7}, "soil": soil, "soil, gimp": {**soil, **method("gimp", "musl", "flip")},
+            "fluid": {"material_m_model": "fluid", "material_m_E": None, "material_m_nu": None, "material_m_K": 2e6},
+            "formula": {"initial_stress": '"-9e3*(1-y),0,-9810*(1-y),-9e3*(1-y)"'}}
+    ratios = dict(zip(laws, (0.3 / 0.7, 0.7, 0.5, 0.5, 1, 9 / 9.81)))
+    for law, more in laws.items():
+        lines = round_scene(**{"grid_upper": "1,1.5", "bc_xmax_type": "slip", "bc_ymin_type": "slip", "gravity": "0,-9.81", "material_m_E": 1e7, "initial_stress": "k0",
+                               "time_end": 0.1, **more})
+        moved = []
+        for place in ({"geometry": "plane_strain", "bc_xmin_type": "slip"}, {}):
+            if law != "formula" or not place:
+                runs = [run_scene("ground", {**lines, **place}, n=n).digest for n in (1, 3)]
+                start, end = (check.particles("ground.h5", which, ("x", "stress")) for which in (0, -1))
+                moved.append(abs(end["x"] - start["x"]).max())
+        stress = start["stress"].reshape(-1, 9)
+        off = abs(stress[:, [0, 8]] / stress[:, [4]] / ratios[law] - 1).max()
+        check.that(off < 5e-3 and runs[0] == runs[1], f"ground, {law}: horizontal stress and that around the axis to {off:.1e}, one digest")
+        check.that(moved[-1] < 1e-12 if "gimp" in law else moved[-1] < 1e-5 if law == "formula" else moved[1] < (100 if law == "fluid" else 3) * moved[0],
+                   f"ground, {law}: it moves by {moved[-1]:.1e} m, in a plane by {moved[0]:.1e} m")
+    told = run_scene("ground", {**lines, **TOTAL}, must=False)
+    check.that("-initial_stress does not apply with -method_frame total: particles are undeformed at the start" in told.said, "ground: not in the total frame")
+
+
 def check_plane():
     """Far from the axis it is plane strain: a block that hits a wall with friction, with every transfer."""
     ways = [method("bspline2", update, transfer) for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "xpic"), ("musl", "afmpm"))]
@@ -208,6 +233,7 @@ check_energy()
 check_piston()
 check_lame()
 check_water()
+check_ground()
 check_plane()
 check_bits()
 check_bits_total()
