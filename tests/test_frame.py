@@ -124,6 +124,18 @@ def check_beam():
     check.that("coming apart" not in result.said, "beam: no crack")
 
 
+def check_rest():
+    """A hanging bar and a clamped beam come to rest by -damping_kinetic with the largest step: their energy is that of statics."""
+    bar = ["-grid_lower 0", "-grid_upper 2", "-grid_cells 32", "-bc_xmin_type fixed", "-gravity 1", *body("box", 1, lower=0, upper=1), "-time_end 2"]
+    bar[bar.index("-material_m_nu 0.3")] = "-material_m_nu 0"
+    beam = ["-grid_lower 0,-.6", "-grid_upper 1.3,.3", "-grid_h .05,.05", "-bc_xmin_type fixed", "-gravity 0,-.1", *body("box", lower="0,0", upper="1,.2"), "-time_end 2"]
+    for name, scene, exact in (("bar", bar, 1 / 6), ("beam", beam, None)):
+        rest = run(name, scene, "-damping_kinetic", "-time_max_steps", 6000)
+        found = float(rest.find(r"^energy .* strain \S+ -> (\S+) J"))
+        exact = exact or float(check.pebble("-options_file", name + ".opts", "-method_time", "static", "-output_format", "none", "-history_every", "0").find(r"strain \S+ -> (\S+) J"))
+        check.that(abs(found / exact - 1) < 0.01, f"{name}: {found:.5g} J of strain at rest, by statics {exact:.5g}")
+
+
 def check_pulled():
     """A bar that a load pulls to 1.161 of its length rests there, on every offset of its end in a cell."""
     for offset in (0, 0.3, 0.6):

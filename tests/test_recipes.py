@@ -316,7 +316,7 @@ def copy(objects):
     os.chdir("copy")
     shutil.copytree(os.path.join(check.source, "src"), "src")
     shutil.copy2(os.path.join(check.source, "makefile"), "makefile")
-    for name in ("unit.h", "unit_material.c"):
+    for name in ("unit.h", "unit_material.c", "unit_tangent.c"):
         shutil.copy2(os.path.join(check.source, "tests", name), os.path.join("tests", name))
     folder = os.path.join("build", os.path.basename(os.path.normpath(objects)))
     shutil.copytree(objects, folder, ignore=lambda path, names: [name for name in names if name in ("tests", "pebble", "quadrature") or name.startswith("unit_")])
@@ -335,8 +335,9 @@ def use_law():
     energy = history["kinetic_energy"] + history["strain_energy"]
     check.that(run.good and "rubber" in run.out and history["strain_energy"].max() > 0.1 * energy[0] and abs(energy / energy[0] - 1).max() < 0.05,
                f"two disks of rubber collide: momentum is kept, energy changes by {abs(energy / energy[0] - 1).max():.3f}, strain energy reaches {history['strain_energy'].max() / energy[0]:.2f} of it")
-    run = check.run([os.path.join(folder_of_objects, "unit_material")])
-    check.that(run.status == 0 and re.search(r"^\d+ checks, 0 failed$", run.out, re.M), f"the unit test takes the law up: {(run.out + run.err).strip()[-300:]}")
+    for unit in ("unit_material", "unit_tangent"):
+        run = check.run([os.path.join(folder_of_objects, unit)])
+        check.that(run.status == 0 and re.search(r"^\d+ checks, 0 failed$", run.out, re.M), f"{unit} takes the law up: {(run.out + run.err).strip()[-300:]}")
 
 
 def warned(run):
@@ -727,7 +728,7 @@ if __name__ == "__main__":
     follow("update scheme with a new phase", HALVES, files=2, functions=0)
     follow("transfer", TRANSFER, files=1, functions=0)
     follow("warning", WARNING, files=2, functions=1)
-    compiled = build(folder_of_objects, "pebble", os.path.join(folder_of_objects, "unit_material"))
+    compiled = build(folder_of_objects, "pebble", *(os.path.join(folder_of_objects, unit) for unit in ("unit_material", "unit_tangent")))
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"     {len(compiled)} objects compiled in {used.ru_utime + used.ru_stime:.0f} s of processor time", flush=True)
     check.that(not [name for name in compiled if re.match(r"kernels/(transfer|fbar|volume|rare)|base/(?!version)", name)], "no kernel of particles is compiled anew")

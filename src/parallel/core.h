@@ -132,6 +132,7 @@ typedef struct {
   PetscBool kinetic; /* -damping_kinetic */
   PetscReal last;    /* of kinetic: the kinetic energy after the last step, J */
   PetscInt  stops;   /* how often velocities were set to 0 */
+  PetscBool rest;    /* they were in the last step, so that they are those of the time of positions, and the next kick is half */
 } MPMDamping;
 
 /* The relaxation of volumes (step/volume.c). */

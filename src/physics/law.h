@@ -7,6 +7,9 @@
                                       velocity gradient L [dim*dim] in 1/s; s->F is updated before the call
      <name>_energy(dim, m, s)         returns the stored energy per reference volume in J/m^3
      <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2
+     <name>_tangent(dim, m, dt, L, s, C)  computes the derivative C [6][MPM_TANGENT_NC] in Pa of the stress after a step,
+                                      which is computed from the same s, by l = dH f^-1 [dim*dim], f = I + dt L, and by
+                                      l33 of bodies of revolution (optional, for implicit steps: tangent.h)
 
    These functions are made for each form: dim 1, 2, 3, and bodies of revolution. The latter have dim 2, the stretch
    s->F33 around the axis and its rate s->L33 = v_r/r, of which J, be and the stress along zz depend: law functions take
@@ -14,6 +17,7 @@
 #ifndef MPM_LAW_H
 #define MPM_LAW_H
 
+#include <string.h>
 #include "physics/material.h"
 
 /* The state of one particle or, where the file is compiled for lanes, of several. The tensors be and tau have all six
@@ -42,6 +46,24 @@ MPM_INLINE void MPMParticleB(int dim, const MPMParticleState *s, MPMReal b[6])
   MPMLeftCauchyGreen(dim, s->F, b);
   if (s->round) b[5] = s->F33 * s->F33;
 }
+
+#if MPM_WIDTH == 1 /* for single particles */
+/* Returns how many components l = dH f^-1 has: dim*dim, and of bodies of revolution l33. */
+MPM_INLINE int MPMTangentColumns(int dim, const MPMParticleState *s)
+{
+  return dim * dim + (s->round ? 1 : 0);
+}
+
+/* Sets l to the unit of its component k, and returns the trace of it. */
+MPM_INLINE PetscReal MPMTangentUnit(int dim, int k, PetscReal l[3][3])
+{
+  const int d = k < dim * dim ? k / dim : 2, e = k < dim * dim ? k % dim : 2;
+
+  memset(l, 0, 9 * sizeof(PetscReal));
+  l[d][e] = 1;
+  return d == e;
+}
+#endif
 
 /* Reads the particles of a block from p on, one for each lane; the compiler removes reads that the law does not use. */
 MPM_INLINE void MPMParticleLoad(int form, const MPMBlock *b, PetscInt p, MPMParticleState *s)
@@ -132,6 +154,18 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
       MPMWritePart(out + p, law##_##what(MPM_FORM_DIM(form), m, &s), first - p, last - p);                             \
     }                                                                                                                  \
   }
+#define MPM_LAW_TANGENT(law, form)                                                                                     \
+  static void law##_tangent_##form(const MPMMaterial *m, PetscReal dt, MPMComponent *L, PetscInt p, const MPMBlock *b, \
+                                   PetscReal C[6][MPM_TANGENT_NC])                                                     \
+  {                                                                                                                    \
+    const int        dim = MPM_FORM_DIM(form);                                                                         \
+    MPMParticleState s;                                                                                                \
+    PetscReal        Lp[9];                                                                                            \
+    MPMParticleLoad(form, b, p, &s);                                                                                   \
+    for (int k = 0; k < dim * dim; k++) Lp[k] = L[k][p];                                                               \
+    if (MPM_FORM_ROUND(form)) s.L33 = L[dim * dim][p];                                                                 \
+    law##_tangent(dim, m, dt, Lp, &s, C);                                                                              \
+  }
 #define MPM_LAW_SCALARS(law, what)                                                                                     \
   MPM_LAW_SCALAR(law, what, 1) MPM_LAW_SCALAR(law, what, 2) MPM_LAW_SCALAR(law, what, 3) MPM_LAW_SCALAR(law, what, 4)
 #define MPM_LAW_STRESSES(law)                                                                                          \
@@ -139,6 +173,12 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
 #define MPM_LAW_UPDATES(law, state)                                                                                    \
   MPM_LAW_UPDATE(law, 1, state)                                                                                        \
   MPM_LAW_UPDATE(law, 2, state) MPM_LAW_UPDATE(law, 3, state) MPM_LAW_UPDATE(law, 4, state)
+#if MPM_WIDTH == 1
+#define MPM_LAW_TANGENTS(law)                                                                                          \
+  MPM_LAW_TANGENT(law, 1) MPM_LAW_TANGENT(law, 2) MPM_LAW_TANGENT(law, 3) MPM_LAW_TANGENT(law, 4)
+#else
+#define MPM_LAW_TANGENTS(law)
+#endif
 
 #define MPM_LAW_ALL(law, what)                                                                                         \
   {                                                                                                                    \
@@ -158,9 +198,10 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   }
 #endif
 
-/* Defines a law whose stress is a function of F. */
+/* Defines a law whose stress is a function of F. Further members of its row for single particles may follow, as
+   .tangent = MPM_LAW_ALL(<name>, tangent) after MPM_LAW_TANGENTS(<name>). */
 #if MPM_WIDTH == 1
-#define MPM_MATERIAL_DEFINE(law)                                                                                       \
+#define MPM_MATERIAL_DEFINE(law, ...)                                                                                  \
   MPM_LAW_STRESSES(law)                                                                                                \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
@@ -168,9 +209,10 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_ALL(law, stress),                              \
                                                       .energy = MPM_LAW_ALL(law, energy),                              \
                                                       .speed2 = MPM_LAW_ALL(law, speed2),                              \
-                                                      .lanes  = MPM_LAW_LANES(law)};
+                                                      .lanes  = MPM_LAW_LANES(law),                                    \
+                                                      __VA_ARGS__};
 #else
-#define MPM_MATERIAL_DEFINE(law)                                                                                       \
+#define MPM_MATERIAL_DEFINE(law, ...)                                                                                  \
   MPM_LAW_STRESSES(law)                                                                                                \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_ALL(law, stress),                     \
@@ -178,9 +220,9 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
 #endif
 
 /* Defines a law with history: `state` are the fields that a step changes, tau among them. `prepare` is its setup or
-   NULL. */
+   NULL; further members may follow as above. */
 #if MPM_WIDTH == 1
-#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
+#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state, ...)                                                          \
   MPM_LAW_UPDATES(law, state)                                                                                          \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
@@ -189,9 +231,10 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
                                                       .update = MPM_LAW_ALL(law, update),                              \
                                                       .energy = MPM_LAW_ALL(law, energy),                              \
                                                       .speed2 = MPM_LAW_ALL(law, speed2),                              \
-                                                      .lanes  = MPM_LAW_LANES(law)};
+                                                      .lanes  = MPM_LAW_LANES(law),                                    \
+                                                      __VA_ARGS__};
 #else
-#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
+#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state, ...)                                                          \
   MPM_LAW_UPDATES(law, state)                                                                                          \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_ALL(law, update),                     \

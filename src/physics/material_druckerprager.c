@@ -113,7 +113,43 @@ MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPM
   return MPMHenckySpeed2(dim, m, s);
 }
 
-MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))
+#if MPM_WIDTH == 1
+/* On the side of the cone, with D = I - 1(x)1/3 and the direction n of the trial deviator,
+     a = K 1(x)1 + 2 mu keep (D - n(x)n) + 2 mu n(x)n
+         - (2 mu n + K3 beta 1)(x)(2 mu n + K3 alpha 1)/(2 mu + 3 K3 alpha beta),  keep = 1 - 2 mu gamma/|dev tau|;
+   at the apex a = 0. The trial is that of druckerprager_flow; opened volume is added to its strains, so it changes no
+   modulus. */
+MPM_INLINE void druckerprager_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L,
+                                      MPMParticleState *s, PetscReal C[6][MPM_TANGENT_NC])
+{
+  const PetscReal K3 = 3 * m->lambda + 2 * m->mu, two = 2 * m->mu, hard = two + 3 * K3 * m->friction * m->dilation;
+  const PetscReal open = MPMMax(0, s->vc);
+  PetscReal       axes[3][3], b[3], e[3], n[3] = {0}, a[3][3], tr, norm = 0, f, keep = 1;
+  PetscBool       beyond, flows;
+
+  MPMHenckyTrial(dim, m, dt, L, s);
+  MPMHenckyStrain(dim, s->be, b, axes, e);
+  tr = e[0] + e[1] + e[2];
+  for (int k = 0; k < 3; k++) norm += (e[k] - tr / 3) * (e[k] - tr / 3);
+  norm   = two * PetscSqrtReal(norm); /* |dev tau| */
+  f      = norm + m->friction * (K3 * (tr + open) - m->cohesion);
+  beyond = two * (K3 * (tr + open) - m->cohesion) >= 3 * K3 * m->dilation * norm ? PETSC_TRUE : PETSC_FALSE;
+  flows  = !beyond && f > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (beyond) keep = 0;
+  if (flows) keep = 1 - two * f / hard / norm;
+  for (int k = 0; k < 3 && flows; k++) n[k] = two * (e[k] - tr / 3) / norm;
+  for (int k = 0; k < 3; k++)
+    for (int j = 0; j < 3; j++) {
+      a[k][j] = beyond ? 0 : K3 / 3 + two * keep * ((k == j) - 1. / 3 - n[k] * n[j]) + two * n[k] * n[j];
+      if (flows) a[k][j] -= (two * n[k] + K3 * m->dilation) * (two * n[j] + K3 * m->friction) / hard;
+    }
+  MPMHenckyTangent(dim, m, e, axes, a, keep, MPMTangentColumns(dim, s), C);
+}
+#endif
+
+MPM_LAW_TANGENTS(druckerprager)
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau),
+                            .tangent = MPM_LAW_ALL(druckerprager, tangent))
 
 /* The same law where output asks for ep (MPMMaterialKeep). */
 MPM_INLINE void druckerprager_strain_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L,
@@ -125,4 +161,5 @@ MPM_INLINE void druckerprager_strain_update(int dim, const MPMMaterial *m, Petsc
 #define druckerprager_strain_energy druckerprager_energy
 #define druckerprager_strain_speed2 druckerprager_speed2
 MPM_MATERIAL_DEFINE_HISTORY(druckerprager_strain, druckerprager_setup,
-                            MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(vc) | MPM_BIT(tau))
+                            MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(vc) | MPM_BIT(tau),
+                            .tangent = MPM_LAW_ALL(druckerprager, tangent))

@@ -54,4 +54,32 @@ MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPartic
   return MPMParticleJ(dim, s) * smax * (m->lambda + 2 * m->mu) / m->rho;
 }
 
-MPM_MATERIAL_DEFINE(elastic)
+#if MPM_WIDTH == 1
+/* dtau = tr(l) tau + J (lambda tr(e') I + 2 mu e') with e' = sym(l F) */
+MPM_INLINE void elastic_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s,
+                                PetscReal C[6][MPM_TANGENT_NC])
+{
+  const PetscReal J = MPMParticleJ(dim, s);
+  PetscReal       F[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, s->F33}}, l[3][3], tau[6];
+
+  (void)dt, (void)L;
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) F[d][e] = s->F[d * dim + e];
+  elastic_stress(dim, m, s, tau);
+  for (int k = 0; k < MPMTangentColumns(dim, s); k++) {
+    const PetscReal tr = MPMTangentUnit(dim, k, l);
+    PetscReal       lF[6], p = 0;
+
+    for (int d = 0; d < 3; d++)
+      for (int e = d; e < 3; e++) {
+        lF[MPMSymIndex(d, e)] = 0;
+        for (int j = 0; j < 3; j++) lF[MPMSymIndex(d, e)] += l[d][j] * F[j][e] + l[e][j] * F[j][d]; /* 2 e' */
+        p += d == e ? 0.5 * m->lambda * lF[MPMSymIndex(d, e)] : 0;
+      }
+    for (int i = 0; i < 6; i++) C[i][k] = tr * tau[i] + J * (m->mu * lF[i] + (MPMSymUnit(3, i) ? p : 0));
+  }
+}
+#endif
+
+MPM_LAW_TANGENTS(elastic)
+MPM_MATERIAL_DEFINE(elastic, .tangent = MPM_LAW_ALL(elastic, tangent))

@@ -58,29 +58,74 @@ MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const 
 }
 
 #if MPM_WIDTH == 1
-/* Computes J and tau after a finite displacement: J is multiplied by det f, and the rate is that in the deformed state,
-   d = (I - f^-1)/dt, which is what L = H/dt is for small displacements alone. */
-MPM_INLINE void fluid_trial_update(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s)
+/* A finite displacement: f^-1, det f, and the rate in the deformed state, d = (I - f^-1)/dt in 1/s, with its trace. */
+typedef struct {
+  PetscReal inverse[3][3], J, d[3][3], tr;
+} MPMFluidMotion;
+
+MPM_INLINE void fluid_motion(int dim, PetscReal dt, const PetscReal *L, const MPMParticleState *s, MPMFluidMotion *f)
 {
   const PetscReal f33 = 1 + dt * s->L33;
-  PetscReal       f[9], g[9], d[9], J, tr;
+  PetscReal       F[9], c[9], J;
 
-  for (int k = 0; k < dim * dim; k++) f[k] = (k % (dim + 1) == 0) + dt * L[k];
-  J = MPMDet(dim, f);
-  s->J *= J * f33;
+  memset(f, 0, sizeof *f);
+  for (int k = 0; k < dim * dim; k++) F[k] = (k % (dim + 1) == 0) + dt * L[k];
+  J    = MPMDet(dim, F);
+  f->J = J * f33;
+  MPMCofactor(dim, F, c);
+  for (int a = 0; a < 3; a++)
+    for (int e = 0; e < 3; e++) {
+      f->inverse[a][e] = a < dim && e < dim ? c[e * dim + a] / J : a == e ? (a == 2 ? 1 / f33 : 1) : 0;
+      f->d[a][e]       = ((a == e) - f->inverse[a][e]) / dt;
+      f->tr += a == e ? f->d[a][e] : 0;
+    }
+}
+
+/* Computes J and tau after a finite displacement: J is multiplied by det f, and the rate is that in the deformed state;
+   1 + dt tr L and L = H/dt are the same for small displacements alone. */
+MPM_INLINE void fluid_trial_update(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s)
+{
+  MPMFluidMotion f;
+
+  fluid_motion(dim, dt, L, s, &f);
+  s->J *= f.J;
   if (!(m->state & MPM_BIT(tau))) return;
-  MPMCofactor(dim, f, g);
-  tr = (1 - 1 / f33) / dt;
-  for (int k = 0; k < dim * dim; k++) {
-    d[k] = ((k % (dim + 1) == 0) - g[k] / J) / dt;
-    tr += k % (dim + 1) == 0 ? d[k] : 0;
-  }
   fluid_stress(dim, m, s, s->tau);
-  for (int a = 0; a < dim; a++)
-    for (int c = a; c < dim; c++) s->tau[MPMSymIndex(a, c)] += s->J * m->viscosity * (d[a * dim + c] + d[c * dim + a]);
-  if (s->round) s->tau[5] += s->J * m->viscosity * 2 * (1 - 1 / f33) / dt;
-  for (int k = 0; k < 6; k++)
-    if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2 * m->viscosity / 3 * tr;
+  for (int a = 0; a < 3; a++)
+    for (int e = a; e < 3; e++)
+      s->tau[MPMSymIndex(a, e)] += s->J * m->viscosity * (f.d[a][e] + f.d[e][a] - (a == e ? 2. / 3 * f.tr : 0));
+}
+
+/* dtau = -J (p + J dp/dJ) tr(l) I, and of a viscous fluid 2 viscosity J (tr(l) dev sym d + dev sym(f^-1 l)/dt). */
+MPM_INLINE void fluid_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s,
+                              PetscReal C[6][MPM_TANGENT_NC])
+{
+  PetscReal      p, slope, l[3][3];
+  MPMFluidMotion f;
+
+  fluid_motion(dim, dt, L, s, &f);
+  s->J *= f.J;
+  p     = fluid_pressure(m, s->J);
+  slope = m->gamma > 0 ? -m->K * MPMExp(-m->gamma * MPMLog(s->J)) : -m->K * s->J; /* J dp/dJ */
+  if (m->tension >= 0 && p <= -m->tension) slope = 0;
+  for (int k = 0; k < MPMTangentColumns(dim, s); k++) {
+    const PetscReal tr = MPMTangentUnit(dim, k, l);
+    PetscReal       d[3][3], mean = 0;
+
+    for (int a = 0; a < 3; a++)
+      for (int e = 0; e < 3; e++) {
+        d[a][e] = f.d[a][e] * tr;
+        for (int j = 0; j < 3; j++) d[a][e] += f.inverse[a][j] * l[j][e] / dt;
+        mean += a == e ? d[a][e] / 3 : 0;
+      }
+    for (int a = 0; a < 3; a++)
+      for (int e = a; e < 3; e++) {
+        PetscReal *c = &C[MPMSymIndex(a, e)][k];
+
+        *c = a == e ? -s->J * (p + slope) * tr : 0;
+        if (m->viscosity > 0) *c += s->J * m->viscosity * (d[a][e] + d[e][a] - (a == e ? 2 * mean : 0));
+      }
+  }
 }
 
 /* Returns -int p dJ from 1 to J, without regard to the largest tension, in J/m^3. */
@@ -123,15 +168,17 @@ MPM_LAW_UPDATES(fluid, m->state)
 MPM_LAW_SCALARS(fluid, speed2)
 #if MPM_WIDTH == 1
 MPM_LAW_UPDATES(fluid_trial, m->state)
+MPM_LAW_TANGENTS(fluid)
 MPM_LAW_SCALARS(fluid, energy)
 extern const MPMMaterialLaw MPMMaterialLaw_fluid_8, MPMMaterialLaw_fluid_4, MPMMaterialLaw_fluid_2;
-const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
-                                                    .stress = MPM_LAW_ALL(fluid, stress),
-                                                    .update = MPM_LAW_ALL(fluid, update),
-                                                    .energy = MPM_LAW_ALL(fluid, energy),
-                                                    .speed2 = MPM_LAW_ALL(fluid, speed2),
-                                                    .lanes  = MPM_LAW_LANES(fluid),
-                                                    .trial  = MPM_LAW_ALL(fluid_trial, update)};
+const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup   = fluid_setup,
+                                                    .stress  = MPM_LAW_ALL(fluid, stress),
+                                                    .update  = MPM_LAW_ALL(fluid, update),
+                                                    .energy  = MPM_LAW_ALL(fluid, energy),
+                                                    .speed2  = MPM_LAW_ALL(fluid, speed2),
+                                                    .lanes   = MPM_LAW_LANES(fluid),
+                                                    .trial   = MPM_LAW_ALL(fluid_trial, update),
+                                                    .tangent = MPM_LAW_ALL(fluid, tangent)};
 #else
 const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {
     .stress = MPM_LAW_ALL(fluid, stress), .update = MPM_LAW_ALL(fluid, update), .speed2 = MPM_LAW_ALL(fluid, speed2)};

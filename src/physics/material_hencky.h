@@ -71,6 +71,53 @@ MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3
   MPMSpectral(dim, t, n, tau);
 }
 
+#if MPM_WIDTH == 1
+/* Computes the tangent C [6][MPM_TANGENT_NC] of laws that return principal stresses, from the trial strains e [3] along
+   axes n, the modulus a [3][3] of the principal stresses by them, and `keep`, by which the deviator is scaled. With
+   l^ = n^T l n and eigenvalues b of be of the trial
+     dtau^_kk = sum_j a_kj l^_jj,  dtau^_kj = theta_kj (b_j l^_kj + b_k l^_jk) for k != j,
+     theta_kj = (tau_k - tau_j)/(b_k - b_j) = 2 mu keep atanh(x)/x/(b_k + b_j),  x = (b_k - b_j)/(b_k + b_j).
+   atanh(x) = e_k - e_j; where they are close, its series needs no quotient, so equal ones are no special case. */
+MPM_INLINE void MPMHenckyTangent(int dim, const MPMMaterial *m, const PetscReal e[3], PetscReal n[3][3],
+                                 PetscReal a[3][3], PetscReal keep, int columns, PetscReal C[6][MPM_TANGENT_NC])
+{
+  PetscReal b[3], theta[3][3], l[3][3];
+
+  for (int k = 0; k < 3; k++) b[k] = MPMExp(2 * e[k]);
+  for (int k = 0; k < 3; k++)
+    for (int j = 0; j < 3; j++) {
+      const PetscReal x = (b[k] - b[j]) / (b[k] + b[j]), z = x * x;
+      const PetscReal ratio =
+          PetscAbsReal(x) < 0.05 ? 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z / 9))) : (e[k] - e[j]) / x;
+
+      theta[k][j] = 2 * m->mu * keep * ratio / (b[k] + b[j]);
+    }
+  for (int column = 0; column < columns; column++) {
+    PetscReal turned[3][3], t[3][3];
+
+    (void)MPMTangentUnit(dim, column, l);
+    for (int k = 0; k < 3; k++)
+      for (int j = 0; j < 3; j++) {
+        turned[k][j] = 0;
+        for (int c = 0; c < 3; c++)
+          for (int d = 0; d < 3; d++) turned[k][j] += n[k][c] * l[c][d] * n[j][d];
+      }
+    for (int k = 0; k < 3; k++)
+      for (int j = 0; j < 3; j++)
+        t[k][j] = k == j ? a[k][0] * turned[0][0] + a[k][1] * turned[1][1] + a[k][2] * turned[2][2]
+                         : theta[k][j] * (b[j] * turned[k][j] + b[k] * turned[j][k]);
+    for (int c = 0; c < 3; c++)
+      for (int d = c; d < 3; d++) {
+        PetscReal sum = 0;
+
+        for (int k = 0; k < 3; k++)
+          for (int j = 0; j < 3; j++) sum += n[k][c] * t[k][j] * n[j][d];
+        C[MPMSymIndex(c, d)][column] = sum;
+      }
+  }
+}
+#endif
+
 /* Returns the stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3, which unloading gives back. Work that flow has
    dissipated, or that the hardening of a metal may have stored, is not part of it. */
 MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMParticleState *s)

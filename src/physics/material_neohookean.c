@@ -43,4 +43,28 @@ MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPar
   return MPMDivide(m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric), m->rho, 1 / m->rho);
 }
 
-MPM_MATERIAL_DEFINE(neohookean)
+#if MPM_WIDTH == 1
+/* dtau = lambda tr(l) I + mu (l b + b l^T) */
+MPM_INLINE void neohookean_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s,
+                                   PetscReal C[6][MPM_TANGENT_NC])
+{
+  PetscReal b[6], l[3][3];
+
+  (void)dt, (void)L;
+  MPMParticleB(dim, s, b);
+  for (int k = 0; k < MPMTangentColumns(dim, s); k++) {
+    const PetscReal tr = MPMTangentUnit(dim, k, l);
+
+    for (int d = 0; d < 3; d++)
+      for (int e = d; e < 3; e++) {
+        PetscReal lb = 0;
+
+        for (int j = 0; j < 3; j++) lb += l[d][j] * b[MPMSymIndex(j, e)] + l[e][j] * b[MPMSymIndex(j, d)];
+        C[MPMSymIndex(d, e)][k] = (d == e ? m->lambda * tr : 0) + m->mu * lb;
+      }
+  }
+}
+#endif
+
+MPM_LAW_TANGENTS(neohookean)
+MPM_MATERIAL_DEFINE(neohookean, .tangent = MPM_LAW_ALL(neohookean, tangent))

@@ -6,13 +6,14 @@
 #include <string.h>
 #include "physics/tangent.h"
 
-#define STEP 0x1p-18 /* of differences: errors of rounding, of 1e-16/STEP, are about those of its square */
+#define STEP 0x1p-20 /* of differences: rounding, of 1e-16/STEP, is beside their truncation, of its square times curvature */
 #define ROWS 10      /* of H, T */
 
-/* Particles `first` .. first + n - 1 of a view, with one material: their state at t_n, and what changes it. */
+/* Particles `first` .. first + n - 1 of a view, with one material: their state at t_n, and what changes it. `lanes` is n
+   rounded up to whole vectors of any width; the lanes past the last particle repeat it. */
 typedef struct {
   const MPMMaterial *m;
-  PetscInt           first, n, nc;
+  PetscInt           first, n, lanes, nc;
   MPMBlock           begin, end;
   MPMComponent       H[ROWS], L[ROWS], T[ROWS], grown; /* grown: det f */
 } Block;
@@ -29,10 +30,11 @@ static void Begin(const MPMTangent *t, PetscInt first, PetscInt last, Block *b)
   b->n     = 1;
   b->nc    = MPMTangentNumbers(t->dim, t->round);
   while (b->n < MPM_STAGED && first + b->n < last && MPMKindOf(t->kinds, v, first + b->n)->material == a) b->n++;
+  b->lanes = (b->n + 7) / 8 * 8;
 #define MPM_TAKE(name, rows)                                                                                           \
   for (int k = 0; k < (rows); k++) {                                                                                   \
     const PetscBool has = b->m->state & MPM_BIT(name) && k < MPMComponents_##name((int)t->dim);                        \
-    for (PetscInt p = 0; p < MPM_BLOCK; p++)                                                                           \
+    for (PetscInt p = 0; p < b->lanes; p++)                                                                            \
       b->begin.name[k][p] = has ? v->name[(first + PetscMin(p, b->n - 1)) * MPMComponents_##name((int)t->dim) + k] : 0; \
   }
   MPM_MATERIAL_FIELDS(MPM_TAKE)
@@ -79,7 +81,7 @@ static PetscInt DeformAll(const MPMTangent *t, const PetscReal H[], Block *b)
 
   for (PetscInt p = 0; p < b->n; p++) bad += Deform(t, H + p * b->nc, p, b) ? 0 : 1;
   for (PetscInt k = 0; k < b->nc; k++)
-    for (PetscInt p = b->n; p < MPM_BLOCK; p++) b->H[k][p] = b->H[k][b->n - 1];
+    for (PetscInt p = b->n; p < b->lanes; p++) b->H[k][p] = b->H[k][b->n - 1];
   return bad;
 }
 
@@ -92,8 +94,11 @@ static void Follow(const MPMTangent *t, PetscBool whole, Block *b)
                        *lanes = law->lanes[t->width == 8 ? 0 : t->width == 4 ? 1 : 2];
 
   if (t->width < 2 || !lanes) lanes = law;
-  b->end = b->begin;
-  for (PetscInt p = 0; p < MPM_BLOCK; p++) {
+#define MPM_COPY(name, rows)                                                                                           \
+  for (int k = 0; k < (rows); k++) memcpy(b->end.name[k], b->begin.name[k], sizeof(PetscReal) * (size_t)b->lanes);
+  MPM_MATERIAL_FIELDS(MPM_COPY)
+#undef MPM_COPY
+  for (PetscInt p = 0; p < b->lanes; p++) {
     PetscReal F[9], H[9];
 
     for (PetscInt k = 0; k < b->nc; k++) b->L[k][p] = b->H[k][p] / t->dt;

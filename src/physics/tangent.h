@@ -12,9 +12,7 @@
 
    In the total frame, where G = sum_i u_i (x) grad_X phi_i and P = tau F^-T, use H = G F_n^-1 and P = T F_n^-T.
 
-   Source: the return of stress to a yield surface in principal axes is that of Simo, Comput. Methods Appl. Mech. Eng. 99
-   (1992) 61; the modulus of von Mises that of de Souza Neto, Peric and Owen, Computational Methods for Plasticity (2008),
-   (7.213); the modulus of Drucker and Prager and the change of the axes are derived in docs/materials.md. */
+   docs/materials.md, Tangents, has the formulas and their sources. */
 #ifndef MPM_TANGENT_H
 #define MPM_TANGENT_H
 

@@ -4,6 +4,7 @@
    processes, of any number, decide the same. */
 #include "base/signals.h"
 #include "run/mpm.h"
+#include "step/static.h"
 
 /* Reads -check_state, -dt_retry, -dt_max_growth and -particles_leave; faults are left in o. Not collective. */
 PetscErrorCode MPMAdvanceSetFromOptions(MPM mpm, MPMOptions o)
@@ -135,7 +136,8 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.kick = core->step ? MPMKick(core->params.dt, now) : core->grid.total && !core->implicit ? 0.5 * now : now;
+  core->params.kick = MPMKick(core->step ? core->params.dt : now, now);
+  if (core->grid.total && !core->implicit && (!core->step || core->damping.rest)) core->params.kick = 0.5 * now;
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
@@ -258,6 +260,7 @@ PetscErrorCode MPMAdvance(MPM mpm)
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
+  if (!core->stop[0]) PetscCall(MPMStaticCheckOptions(core));
   MPMSceneCheckPistons(&mpm->scene, core);
   MPMRigidsCheck(core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])

@@ -46,6 +46,9 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
     if (framed && strcmp(frame, "total"))
       MPMOptionsFail(o, "-method_frame %s does not apply with -method_time static, which is built for the total frame",
                      frame);
+    for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
+    if (mpm->preset_given && !mpm->preset->total)
+      MPMOptionsFail(o, "-method_preset %s does not apply with -method_time static, which is built for the total frame; leave it out, or take solid", name);
     if (!framed && !mpm->preset_given) framed = PETSC_TRUE, (void)snprintf(frame, sizeof frame, "total");
   }
   total = (PetscBool)(!strcmp(frame, "total"));

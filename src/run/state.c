@@ -6,6 +6,9 @@
 _Static_assert(offsetof(MPMReactions, work) - offsetof(MPMReactions, impulse) == 18 * sizeof(MPMSum),
                "the impulses and the work of walls are 24 sums in sequence");
 
+_Static_assert(offsetof(struct MPMStatic, failed) - offsetof(struct MPMStatic, newton) == 3 * sizeof(PetscInt),
+               "the counts of static steps are 4 numbers in sequence");
+
 void MPMStateList(void *run, MPMVariables *v)
 {
   MPM         mpm   = run;

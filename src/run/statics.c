@@ -24,6 +24,7 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
   PetscBool       held  = PETSC_FALSE;
+  char            strategy[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++) {
@@ -35,6 +36,10 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
     if (given && !(moving[k].neutral && !strcmp(value, moving[k].neutral)))
       MPMOptionsFail(o, "%s does not apply with -method_time static: %s", name, moving[k].why);
   }
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
+  if (!strcmp(strategy, "pool"))
+    MPMOptionsFail(o, "-parallel_strategy pool does not apply with -method_time static: each iteration would send all "
+                      "particles; use spatial");
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     char      name[2 * MPM_NAME_LEN];
     PetscBool given;
@@ -60,7 +65,7 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!strcmp(time, "explicit")) {
-    static const char *const only[] = {"gravity_ramp", "method_stabilize_factor", "method_stabilize_fill"};
+    static const char *const only[] = {"gravity_ramp", "dt_strain", "method_stabilize_factor", "method_stabilize_fill"};
 
     for (size_t k = 0; k < sizeof only / sizeof only[0]; k++) {
       char name[MPM_NAME_LEN];

@@ -232,6 +232,49 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets B [dim][dim*dim], m/s^2, and P [dim*dim][dim*dim], Pa, to the derivatives by F of what pressures give particle p: the body
+   force b, and S F^-T, which acts in the reference state. They are central differences, which are exact but for rounding, since
+   a pressure is of second order in F at most. *any: it has some. The view has F, which is changed and put back. Not
+   collective. */
+PetscErrorCode MPMForcesTangent(const MPMScene *scene, const MPMCore *core, MPMView *view, PetscInt p, PetscReal t,
+                                PetscReal B[], PetscReal P[], PetscBool *any)
+{
+  const PetscInt  dim = core->grid.dim, n = dim * dim;
+  const PetscReal step = 1e-3;
+
+  PetscFunctionBeginUser;
+  *any = PETSC_FALSE;
+  PetscCall(PetscArrayzero(B, dim * n));
+  PetscCall(PetscArrayzero(P, n * n));
+  for (PetscInt k = 0; k < scene->nloads; k++) {
+    if (scene->loads[k].type != MPM_LOAD_PRESSURE) continue;
+    for (PetscInt q = 0; q < n; q++) {
+      PetscReal *F = view->F + p * n, was = F[q];
+
+      for (int side = -1; side <= 1; side += 2) {
+        PetscReal b[3] = {0}, S[9] = {0}, cofactor[9], J;
+
+        F[q] = was + side * step;
+        PetscCall(AddLoad(scene, core, &scene->loads[k], view, p, t, b, S));
+        MPMCofactor((int)dim, F, cofactor);
+        J = MPMDet((int)dim, F);
+        for (PetscInt d = 0; d < dim; d++) {
+          B[d * n + q] += side * b[d] / (2 * step);
+          if (b[d] != 0) *any = PETSC_TRUE;
+          for (PetscInt e = 0; e < n; e++) {
+            const PetscReal part = S[d * dim + e % dim] * cofactor[e % dim * dim + e / dim] / J;
+
+            P[(d * dim + e / dim) * n + q] += side * part / (2 * step);
+            if (part != 0) *any = PETSC_TRUE;
+          }
+        }
+      }
+      F[q] = was;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Collective on exchange.data. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {

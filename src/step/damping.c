@@ -75,8 +75,9 @@ PetscErrorCode MPMDampingEnd(MPMCore *core)
   MPMSumZero(&kinetic);
   PetscCall(Scale(core, 1, &kinetic));
   PetscCall(MPMSumReduce(&kinetic, 1, core->exchange.data));
-  now = MPMSumValue(&kinetic);
-  if (now < d->last) {
+  now     = MPMSumValue(&kinetic);
+  d->rest = now < d->last ? PETSC_TRUE : PETSC_FALSE;
+  if (d->rest) {
     PetscCall(Scale(core, 0, NULL));
     now = 0;
     d->stops++;

@@ -2,52 +2,12 @@
    forces on a node, is 0. The residual is made by the two transfers of an explicit step, on the state of the particles as
    the step began; nothing else of the state changes before the step has converged. */
 #include "parallel/exchange.h"
-#include "physics/tangent.h"
 #include "physics/wall.h"
 #include "step/static.h"
 #include "step/step.h"
 
-#define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
-#define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
-
-PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
-{
-  struct MPMStatic *s;
-  PetscBool         set;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscNew(&s));
-  core->implicit = s;
-  s->core        = core;
-  s->scene       = scene;
-  s->ramp        = end;
-  PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
-  PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
-  PetscCall(MPMOptionsReal(o, "method_stabilize_fill", NULL, &s->fill, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMStaticDestroy(MPMCore *core)
-{
-  struct MPMStatic *s = core->implicit;
-
-  PetscFunctionBeginUser;
-  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SNESDestroy(&s->snes));
-  PetscCall(MatDestroy(&s->K));
-  PetscCall(MatDestroy(&s->ghosts));
-  PetscCall(VecDestroy(&s->u));
-  PetscCall(VecDestroy(&s->r));
-  PetscCall(VecDestroy(&s->was));
-  PetscCall(VecDestroy(&s->work));
-  PetscCall(DMDestroy(&s->numbers));
-  PetscCall(PetscFree(s->node));
-  PetscCall(PetscFree(s->at));
-  PetscCall(PetscFree(s->held));
-  PetscCall(PetscFree(s->known));
-  PetscCall(PetscFree(core->implicit));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
+#define WORST    1e100 /* the residual of such a state, N */
 
 /* Sets which components walls hold, and where at the end of a step of dt: a wall holds what it gives the same velocity
    whatever the node has. */
@@ -147,16 +107,16 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Residual(SNES snes, Vec u, Vec r, void *ctx)
+PetscErrorCode MPMStaticResidual(SNES snes, Vec u, Vec r, void *ctx)
 {
   struct MPMStatic *s = ctx;
   PetscReal         all;
 
   PetscFunctionBeginUser;
+  (void)snes;
   PetscCall(Try(s, u));
   if (s->bad) {
-    PetscCall(VecSet(r, 0));
-    PetscCall(SNESSetFunctionDomainError(snes));
+    PetscCall(VecSet(r, WORST));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Forces(s, u, r, &all));
@@ -164,7 +124,7 @@ static PetscErrorCode Residual(SNES snes, Vec u, Vec r, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Jacobian(SNES snes, Vec u, Mat A, Mat K, void *ctx)
+PetscErrorCode MPMStaticJacobian(SNES snes, Vec u, Mat A, Mat K, void *ctx)
 {
   PetscFunctionBeginUser;
   (void)snes;
@@ -179,7 +139,7 @@ static PetscErrorCode Jacobian(SNES snes, Vec u, Mat A, Mat K, void *ctx)
 
 /* Newton's method has converged when the residual is a part of the forces that are in equilibrium, those of walls among
    them; not of the first residual, which may be rounding already. */
-static PetscErrorCode Converged(SNES snes, PetscInt it, PetscReal x, PetscReal step, PetscReal f,
+PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal step, PetscReal f,
                                 SNESConvergedReason *reason, void *ctx)
 {
   struct MPMStatic *s = ctx;
@@ -192,7 +152,9 @@ static PetscErrorCode Converged(SNES snes, PetscInt it, PetscReal x, PetscReal s
   PetscCall(SNESGetTolerances(snes, NULL, &rtol, NULL, &most, NULL));
   s->residual = f;
   *reason     = SNES_CONVERGED_ITERATING;
-  if (PetscIsInfOrNanReal(f))
+  if (s->bad)
+    *reason = SNES_DIVERGED_FUNCTION_DOMAIN;
+  else if (PetscIsInfOrNanReal(f))
     *reason = SNES_DIVERGED_FNORM_NAN;
   else if (f <= PetscMax(rtol * s->scale, s->least))
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
@@ -200,65 +162,6 @@ static PetscErrorCode Converged(SNES snes, PetscInt it, PetscReal x, PetscReal s
     *reason = SNES_DIVERGED_DTOL;
   else if (it >= most)
     *reason = SNES_DIVERGED_MAX_IT;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Makes the solver, with the defaults that PETSc's own options change. */
-static PetscErrorCode CreateSolver(struct MPMStatic *s)
-{
-  const MPMCore *core = s->core;
-  PetscMPIInt    size;
-  PetscBool      direct;
-  SNESLineSearch search;
-  KSP            ksp;
-  PC             pc;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  direct = size == 1 && core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(SNESCreate(core->exchange.data, &s->snes));
-  PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
-  PetscCall(SNESSetFunction(s->snes, s->r, Residual, s));
-  PetscCall(SNESSetJacobian(s->snes, s->K, s->K, Jacobian, s));
-  PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
-  PetscCall(SNESSetConvergenceTest(s->snes, Converged, s, NULL));
-  PetscCall(SNESGetLineSearch(s->snes, &search));
-  PetscCall(SNESLineSearchSetType(search, s->plastic ? SNESLINESEARCHBT : SNESLINESEARCHBASIC));
-  PetscCall(SNESGetKSP(s->snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
-  PetscCall(PCSetType(pc, direct ? PCLU : PCGAMG));
-  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
-  PetscCall(SNESSetFromOptions(s->snes));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
-{
-  struct MPMStatic *s     = core->implicit;
-  PetscReal         stiff = 0;
-  PetscInt          unknowns;
-
-  PetscFunctionBeginUser;
-  s->core      = core;
-  s->scene     = scene;
-  s->symmetric = PETSC_TRUE;
-  for (PetscInt k = 0; k < core->params.nmaterials; k++) {
-    const MPMMaterial *m = &core->params.materials[k];
-
-    stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
-    if (m->type->traits & MPM_PLASTIC) s->plastic = PETSC_TRUE;
-    if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
-  }
-  s->least = ROUNDING * stiff;
-  for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
-  PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
-  PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
-  PetscCall(MPMStaticNumber(s));
-  PetscCall(VecGetSize(s->u, &unknowns));
-  s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
-  if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
-  PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,6 +182,12 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
                  reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
                  : reason == SNES_DIVERGED_LINEAR_SOLVE            ? KSPConvergedReasons[linear]
                                                                    : SNESConvergedReasons[reason]);
+  if (reason == SNES_CONVERGED_ITERATING)
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
+                   "from it, and -dt_strain allows %g",
+                   (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
+  else
   (void)snprintf(core->stop, sizeof core->stop,
                  "no equilibrium was found at t=%g s: after %" PetscInt_FMT
                  " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
@@ -386,25 +295,48 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticStep(MPMCore *core)
+/* Solves for the displacements of the step, and counts how. */
+static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
 {
-  struct MPMStatic   *s = core->implicit;
-  SNESConvergedReason reason;
-  PetscInt            newton, krylov;
-  PetscReal           all;
+  PetscInt newton, krylov;
+  KSP      ksp;
 
   PetscFunctionBeginUser;
   PetscCall(Begin(s));
-  PetscCall(MPMTimersBegin(&core->timers, s->solve));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPReset(ksp)); /* so that a step depends on nothing but its state, and a restart has the same bits */
   PetscCall(Predict(s));
   PetscCall(SNESSolve(s->snes, NULL, s->u));
-  PetscCall(MPMTimersEnd(&core->timers, s->solve));
-  PetscCall(SNESGetConvergedReason(s->snes, &reason));
+  PetscCall(SNESGetConvergedReason(s->snes, reason));
   PetscCall(SNESGetIterationNumber(s->snes, &newton));
   PetscCall(SNESGetLinearSolveIterations(s->snes, &krylov));
   s->newton += newton;
   s->krylov += krylov;
   s->solves++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticStep(MPMCore *core)
+{
+  struct MPMStatic   *s = core->implicit;
+  SNESConvergedReason reason;
+  PetscReal           all;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, s->solve));
+  PetscCall(Solve(s, &reason));
+  if (reason <= 0 && s->searches) { /* whole steps suit bending, shortened ones plastic flow */
+    SNESLineSearch search;
+
+    PetscCall(ToNodes(s, s->was));
+    PetscCall(SNESGetLineSearch(s->snes, &search));
+    PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBT));
+    PetscCall(Solve(s, &reason));
+    PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
+  }
+  if (reason > 0) PetscCall(MPMStaticLeap(s, &s->leap));
+  PetscCall(MPMTimersEnd(&core->timers, s->solve));
+  if (reason > 0 && s->leap > s->most) reason = SNES_CONVERGED_ITERATING;
   if (reason <= 0) {
     s->failed++;
     PetscCall(Fail(s, reason));
@@ -414,46 +346,5 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   PetscCall(Forces(s, s->u, s->r, &all));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMStaticPrint(const MPMCore *core)
-{
-  const struct MPMStatic *s = core->implicit;
-  PetscInt                n;
-  KSP                     ksp;
-  PC                      pc;
-  KSPType                 linear;
-  PCType                  with;
-  SNESType                type;
-  SNESLineSearch          search;
-  SNESLineSearchType      how;
-
-  PetscFunctionBeginUser;
-  PetscCall(VecGetSize(s->u, &n));
-  PetscCall(SNESGetType(s->snes, &type));
-  PetscCall(SNESGetLineSearch(s->snes, &search));
-  PetscCall(SNESLineSearchGetType(search, &how));
-  PetscCall(SNESGetKSP(s->snes, &ksp));
-  PetscCall(KSPGetType(ksp, &linear));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCGetType(pc, &with));
-  PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns; snes %s with line search %s, ksp %s, pc %s; the same bits on as many "
-                     "processes with the same cuts\n",
-                     n, type, how, linear, with));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMStaticReport(const MPMCore *core)
-{
-  const struct MPMStatic *s = core->implicit;
-
-  PetscFunctionBeginUser;
-  if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMPrint(&core->print,
-                     "static     %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no equilibrium, with %" PetscInt_FMT
-                     " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
-                     s->solves, s->failed, s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,8 +10,11 @@
 struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
   PetscReal ghost; /* -method_stabilize_factor, 1; 0: none */
+  PetscReal most;  /* -dt_strain: the most that leap may be, 1 */
   PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
-  PetscBool plastic, symmetric; /* of all laws of the scene */
+  PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
+  PetscBool checked;   /* the options of PETSc's solvers have been looked at */
+  PetscBool symmetric; /* the tangents of all laws */
 
   /* The unknowns: the displacements of own nodes that have mass, [n][dim], in the order of the patch's rows. */
   PetscInt   n;
@@ -30,6 +33,7 @@ struct MPMStatic {
 
   const MPMScene *scene;
   MPMCore        *core;
+  PetscReal       leap;  /* the largest component of the displacement gradient of the step */
   PetscReal       share; /* of gravity at the end of this step */
   PetscBool       bad;   /* the last trial state was turned inside out */
   PetscInt        solve, tangent; /* timers */
@@ -38,19 +42,49 @@ struct MPMStatic {
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
    nodes, and is collective on exchange.data, as is Destroy; Step makes a step from core->t over params.dt: if there is no
-   equilibrium, core->stop says why, and the particles are those before it. Report prints what the steps cost. */
+   equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
+   solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *, const MPMScene *);
 PetscErrorCode MPMStaticStep(MPMCore *);
+PetscErrorCode MPMStaticCheckOptions(MPMCore *);
 PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */
 PetscErrorCode MPMStaticReport(const MPMCore *);
 PetscErrorCode MPMStaticDestroy(MPMCore *);
 
-/* The unknowns and the matrices (static_matrix.c): Tangent sets K to the tangent of the state that the residual was last made
-   of, with the rows and columns of what walls hold replaced; if x has displacements of these, what they do to the others
-   is taken from b. The particles are those as the step began afterwards. Collective on exchange.data. */
+/* The nodes of a particle's stencil: their weights and gradients, 1 and 1/m, and the numbers of their unknowns. */
+#define MPM_STATIC_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
+typedef struct {
+  PetscInt  n, base[3], number[MPM_STATIC_NODES];
+  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3];
+} MPMStaticNodes;
+
+/* The unknowns (static_nodes.c). Number finds them and makes vectors and the tangent's matrix. Stencil sets the nodes of
+   particle p of a view, which has X, kind and l. Where gives the place ijk [3] in the grid of own unknown q, and Place where a
+   node is among s->at. Spread sets value, as long as that, to own [n], a number of each own unknown, also where
+   other processes have them, and to `none` elsewhere. CreateMatrix has room for nodes within `reach` on all axes and for those
+   within Order along one: the order of the difference of the stabilisation, one above that of the basis. Number, Spread
+   and CreateMatrix are collective on exchange.data. */
 PetscErrorCode MPMStaticNumber(struct MPMStatic *);
+void           MPMStaticStencil(const struct MPMStatic *, const MPMView *, PetscInt p, MPMStaticNodes *);
+void           MPMStaticWhere(const struct MPMStatic *, PetscInt q, PetscInt ijk[]);
+PetscInt       MPMStaticPlace(const struct MPMStatic *, const PetscInt ijk[]);
+PetscErrorCode MPMStaticSpread(struct MPMStatic *, const PetscReal own[], PetscReal none, PetscReal value[]);
+PetscInt       MPMStaticOrder(const struct MPMStatic *);
+PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *, PetscInt reach, Mat *);
+
+/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes. Tangent (static_matrix.c) sets K to the tangent of
+   the state that the residual was last made of, with the rows and columns of what walls hold replaced; if x has
+   displacements of these, what they do to the others is taken from b. Leap finds the largest component of the
+   displacement gradient in the step, 1. Afterwards the particles are those as the step began. Collective on exchange.data. */
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
+PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
+
+/* The parts of a solve (static.c), for SNES: the state of displacements u, in which s->bad says that some particle is turned
+   inside out; the residual; the tangent; whether Newton's method has converged. Collective on exchange.data. */
+PetscErrorCode MPMStaticResidual(SNES, Vec u, Vec r, void *);
+PetscErrorCode MPMStaticJacobian(SNES, Vec u, Mat, Mat, void *);
+PetscErrorCode MPMStaticConverged(SNES, PetscInt it, PetscReal x, PetscReal step, PetscReal f, SNESConvergedReason *, void *);
 
 #endif

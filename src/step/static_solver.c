@@ -1,0 +1,190 @@
+/* static_solver.c - the solver of static steps: its options and PETSc's defaults, how it is made and freed, and what a run says of
+   it. */
+#include "physics/tangent.h"
+#include "step/static.h"
+
+#define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
+#define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
+
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
+{
+  struct MPMStatic *s;
+  PetscBool         set;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&s));
+  core->implicit = s;
+  s->core        = core;
+  s->scene       = scene;
+  s->ramp        = end;
+  PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
+  PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
+  PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
+  PetscCall(MPMOptionsReal(o, "method_stabilize_fill", NULL, &s->fill, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets PETSc add what comes from other processes in one sequence, and not as it arrives, in matrices and in the products of
+   multigrid, so that a run has the same bits each
+   time (but not after a restart with multigrid, whose estimates depend on those before); or, in the end, takes these options back. */
+static PetscErrorCode OrderSums(const MPMCore *core, PetscBool on)
+{
+  static const char *const order[][2] = {{"-matstash_reproduce", NULL}, {"-matptap_via", "allatonce"}};
+  PetscMPIInt              size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  for (size_t k = 0; k < sizeof order / sizeof order[0] && size > 1; k++)
+    PetscCall(on ? PetscOptionsSetValue(NULL, order[k][0], order[k][1]) : PetscOptionsClearValue(NULL, order[k][0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticDestroy(MPMCore *core)
+{
+  struct MPMStatic *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(OrderSums(core, PETSC_FALSE));
+  PetscCall(SNESDestroy(&s->snes));
+  PetscCall(MatDestroy(&s->K));
+  PetscCall(MatDestroy(&s->ghosts));
+  PetscCall(VecDestroy(&s->u));
+  PetscCall(VecDestroy(&s->r));
+  PetscCall(VecDestroy(&s->was));
+  PetscCall(VecDestroy(&s->work));
+  PetscCall(DMDestroy(&s->numbers));
+  PetscCall(PetscFree(s->node));
+  PetscCall(PetscFree(s->at));
+  PetscCall(PetscFree(s->held));
+  PetscCall(PetscFree(s->known));
+  PetscCall(PetscFree(core->implicit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the solver, with the defaults that PETSc's own options change. */
+static PetscErrorCode CreateSolver(struct MPMStatic *s)
+{
+  const MPMCore *core = s->core;
+  PetscMPIInt    size;
+  PetscBool      direct, given;
+  SNESLineSearch search;
+  KSP            ksp;
+  PC             pc;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
+  direct = size == 1 && core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SNESCreate(core->exchange.data, &s->snes));
+  PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
+  PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
+  PetscCall(SNESSetJacobian(s->snes, s->K, s->K, MPMStaticJacobian, s));
+  PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
+  PetscCall(SNESSetConvergenceTest(s->snes, MPMStaticConverged, s, NULL));
+  PetscCall(SNESGetLineSearch(s->snes, &search));
+  PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-snes_linesearch_type", &given));
+  if (given) s->searches = PETSC_FALSE;
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
+  PetscCall(PCSetType(pc, direct ? PCLU : PCGAMG));
+  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  PetscCall(SNESSetFromOptions(s->snes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
+{
+  struct MPMStatic *s     = core->implicit;
+  PetscReal         stiff = 0;
+  PetscInt          unknowns;
+
+  PetscFunctionBeginUser;
+  s->core      = core;
+  s->scene     = scene;
+  s->symmetric = PETSC_TRUE;
+  for (PetscInt k = 0; k < core->params.nmaterials; k++) {
+    const MPMMaterial *m = &core->params.materials[k];
+
+    stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
+    if (m->type->traits & MPM_PLASTIC) s->searches = PETSC_TRUE;
+    if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
+  }
+  for (PetscInt k = 0; k < scene->nloads; k++)
+    if (scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
+  s->least = ROUNDING * stiff;
+  for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
+  PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
+  PetscCall(OrderSums(core, PETSC_TRUE));
+  PetscCall(MPMStaticNumber(s));
+  PetscCall(VecGetSize(s->u, &unknowns));
+  s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
+  if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
+  PetscCall(CreateSolver(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
+{
+  static const char *const heads[] = {"snes_", "ksp_", "pc_", "mg_", "mat_"};
+  PetscInt                 n;
+  char                   **names, **values;
+  struct MPMStatic        *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s || !s->solves || s->checked) PetscFunctionReturn(PETSC_SUCCESS);
+  s->checked = PETSC_TRUE;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt k = 0; k < n; k++)
+    for (size_t h = 0; h < sizeof heads / sizeof heads[0] && !core->stop[0]; h++)
+      if (!strncasecmp(names[k], heads[h], strlen(heads[h])))
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
+                       "-snes_view says which solvers these are",
+                       names[k]);
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticPrint(const MPMCore *core)
+{
+  const struct MPMStatic *s = core->implicit;
+  PetscInt                n;
+  KSP                     ksp;
+  PC                      pc;
+  KSPType                 linear;
+  PCType                  with;
+  SNESType                type;
+  SNESLineSearch          search;
+  SNESLineSearchType      how;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetSize(s->u, &n));
+  PetscCall(SNESGetType(s->snes, &type));
+  PetscCall(SNESGetLineSearch(s->snes, &search));
+  PetscCall(SNESLineSearchGetType(search, &how));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetType(ksp, &linear));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetType(pc, &with));
+  PetscCall(MPMPrint(&core->print,
+                     "solver     %" PetscInt_FMT " unknowns; snes %s with line search %s, ksp %s, pc %s; the same bits each time on "
+                     "as many processes\n",
+                     n, type, how, linear, with));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticReport(const MPMCore *core)
+{
+  const struct MPMStatic *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(&core->print,
+                     "static     %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no equilibrium, with %" PetscInt_FMT
+                     " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
+                     s->solves, s->failed, s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,220 @@
+"""Steps without inertia (-method_time static): displacements, stresses and forces of walls beside exact values and published ones,
+the limit load of a footing, Newton's convergence for each law, bodies cut by the grid at random, the same bits where they are
+promised, restarts, and what is refused or found wrong while it runs.
+
+usage: test_static.py PEBBLE SOURCE MPIEXEC [PART...]   (parts: the functions check_<part>; default: all)
+"""
+import math
+import re
+
+import h5py
+import numpy as np
+
+import check
+
+parts = check.arguments(__doc__, None)
+STATIC = ("-method_time", "static", "-checkpoint_wall", "0")
+QUIET = ("-output_format", "none", "-history_every", "0")
+
+
+def body(shape, dim=2, law="neohookean", E="1e6", nu="0.3", rho="1000", **more):
+    """Options of one body b of material m; of a box `more` are lower and upper."""
+    return [f"-dim {dim}", "-materials m", f"-material_m_model {law}", f"-material_m_rho {rho}", f"-material_m_E {E}",
+            f"-material_m_nu {nu}", "-bodies b", f"-body_b_shape {shape}", *(f"-body_b_{k} {v}" for k, v in more.items()), "-body_b_material m"]
+
+
+def run(name, scene, *options, n=1, status=0):
+    """A run of these lines of options, which has to end with this status."""
+    result = check.pebble("-options_file", check.write(name + ".opts", scene), *STATIC, "-output_dir", name, *map(str, options), n=n)
+    check.fault(None if result.status == status else f"{name}: exit status {result.status}\n{result.said}")
+    return result
+
+
+def particles(name):
+    """Datasets of the first and of the last snapshot, by id."""
+    with h5py.File(f"{name}/{name}.h5") as file:
+        steps = sorted(k for k in file if k.startswith("step_"))
+        both = [{k: file[s]["particles"][k][:] for k in ("id", "x", "stress", "F")} for s in (steps[0], steps[-1])]
+    for one in both:
+        order = np.argsort(one["id"].ravel())
+        for k in one:
+            one[k] = one[k][order]
+    return both
+
+
+def moved(name):
+    """Positions at the start and displacements at the end."""
+    first, last = particles(name)
+    return first["x"], last["x"] - first["x"]
+
+
+def newton(result):
+    return int(result.find(r"^static .* with (\d+) Newton"))
+
+
+# The clamped beam that finite elements have too, 4 m x 1 m under 0.02 m/s^2: its end falls by 7.7703 mm.
+BEAM = ["-grid_lower 0,-1", "-grid_upper 4.5,1.5", "-gravity 0,-0.02", "-bc_xmin_type fixed", *body("box", lower="0,0", upper="4,1", rho=1050),
+        "-time_end 1"]
+
+
+def check_beam():
+    """Small deflection beside finite elements; the force of the wall is the weight; strain energy is the work of gravity."""
+    for h in (0.25, 0.125):
+        result = run("beam", BEAM, "-grid_h", f"{h},{h}", "-history_walls", "xmin", "-history_every", "0.1")
+        x, u = moved("beam")
+        end = u[x[:, 0] > x[:, 0].max() - 1e-9, 1].mean()
+        check.that(abs(end / -0.0077703 - 1) < 0.0075, f"h = {h}: the end falls by {-1e3 * end:.4f} mm, 7.7703 by finite elements")
+        last = check.history("beam/beam.csv")
+        check.that(abs(last["reaction_xmin_y"][-1] / 84 - 1) < 1e-9, f"h = {h}: the wall carries {last['reaction_xmin_y'][-1]:.12g} N, the weight is 84 N")
+        check.that(abs(last["energy_residual"][-1]) < 2e-3 * last["strain_energy"][-1],
+                   f"h = {h}: of the work of gravity {last['external_work'][-1]:.5g} J, {last['energy_residual'][-1]:.2g} J are missing")
+        check.that(last["newton_iterations"][-1] == newton(result) and last["steps_cut"][-1] == 0 and last["force_unbalanced"][-1] < 1e-7,
+                   f"h = {h}: the history has {last['newton_iterations'][-1]:g} iterations, and {last['force_unbalanced'][-1]:.2g} N out of balance")
+    # Reissner's beam of AMPLE under 100 kN at its end (Coombs and Augarde 2020): it has fallen by 0.8175 of its length.
+    long = ["-grid_lower 0,-9.5", "-grid_upper 11,2", "-grid_h 0.5,0.5", "-bc_xmin_type fixed", *body("box", law="vonmises", E="12e6", nu="0.2",
+            rho=1, lower="0,-0.5", upper="10,0.5", ppc="3,3"), "-material_m_yield 1e30", "-loads end", "-load_end_body b", "-load_end_type traction",
+            "-load_end_face xmax", "-load_end_value 0,-1e5*t", "-time_end 1"]
+    run("long", long)
+    x, u = moved("long")
+    end = u[x[:, 0] > x[:, 0].max() - 1e-9].mean(0)
+    check.that(abs(-end[1] / 8.175 - 1) < 0.02 and abs(-end[0] / 5.480 - 1) < 0.02, f"the long beam's end moves by {end[0]:.3f}, {end[1]:.3f} m; Reissner: -5.480, -8.175")
+
+
+def check_column():
+    """A column under its own weight, as high at first as rho g l/E = 1: exact positions and stress for neo-Hookean nu = 0."""
+    def exact(X):
+        I = lambda z: (z * math.sqrt(1 + z * z) + math.asinh(z) - z * z) / 2
+        return I(1) - I(1 - X)
+
+    errors = []
+    for n in (8, 16, 32):
+        run("column", ["-grid_lower 0", "-grid_upper 1", f"-grid_cells {n}", "-gravity -1000", "-bc_xmin_type fixed", "-dt_size 0.05",
+                       *body("box", 1, nu=0, lower=0, upper=1), "-time_end 1"])
+        first, last = particles("column")
+        X, x = first["x"][:, 0], last["x"][:, 0]
+        stress = last["stress"].reshape(len(X), -1)[:, 0]
+        errors.append((np.sqrt(np.mean((x - [exact(v) for v in X]) ** 2)), np.sqrt(np.mean((stress / 1e6 + (1 - X)) ** 2))))
+    order = [math.log2(a[k] / b[k]) for k in (0, 1) for a, b in (errors[-2:],)]
+    check.that(errors[-1][0] < 2e-4 and order[0] > 1.5, f"positions: errors {[f'{e[0]:.2g}' for e in errors]}, order {order[0]:.2f}")
+    check.that(errors[-1][1] < 2e-2 and order[1] > 0.8, f"stress: errors {[f'{e[1]:.2g}' for e in errors]}, order {order[1]:.2f}")
+
+
+def check_patch():
+    """A bar that a moving wall stretches, with nu = 0, is stretched equally up to its free sides, which cut cells: with every basis,
+    and nodes that are stabilised, in 1-D to 3-D."""
+    for dim in (1, 2, 3):
+        for basis in ("linear", "gimp", "bspline2", "bspline3"):
+            one = lambda a, rest: ",".join([str(a)] + [str(rest)] * (dim - 1))
+            scene = [f"-grid_lower {one(0, 0)}", f"-grid_upper {one(1, 1)}", f"-grid_cells {one(6, 5)}", "-bc_xmin_type slip",
+                     "-bc_xmax_type moving", f'-bc_xmax_velocity "{",".join(["0.1"] + ["0"] * (dim - 1))}"',
+                     *body("box", dim, nu=0, lower=one(0, 0), upper=one(1, "0.93")), "-time_end 1", f"-method_basis {basis}"]
+            scene += ["-bc_ymin_type slip", "-bc_zmin_type slip"][:dim - 1]
+            run("patch", scene)
+            first, last = particles("patch")
+            F = last["F"].reshape(-1, 3, 3)
+            spread, size = np.abs(F - F.mean(0)).max(), np.abs(F.mean(0) - np.eye(3)).max()
+            check.that(abs(size - 0.1) < 1e-7 and spread < 1e-7, f"{dim}-D, {basis}: F differs by {spread:.1g} between particles, strain {size:.9f}")
+
+
+def check_cylinder():
+    """A thick cylinder under pressure from inside beside Lame: a quarter between planes of symmetry; the error falls."""
+    errors = []
+    for n in (8, 16):
+        scene = ["-grid_lower 0,0", "-grid_upper 2.5,2.5", f"-grid_h {1 / n},{1 / n}", "-bc_xmin_type slip", "-bc_ymin_type slip",
+                 *body("expression", E="1000", expression='"min(4-x^2-y^2,x^2+y^2-1)"', lower="0,0", upper="2,2"), "-loads p", "-load_p_body b", "-load_p_type pressure",
+                 '-load_p_value "0.01*t*(X^2+Y^2<2.25)"', "-time_end 1", "-dt_size 0.5"]
+        run("cylinder", scene)
+        x, u = moved("cylinder")
+        r = np.hypot(x[:, 0], x[:, 1])
+        exact = 1.3e-3 * 0.01 / 3 * (0.4 * r + 4 / r)
+        got = (u[:, 0] * x[:, 0] + u[:, 1] * x[:, 1]) / r
+        errors.append(np.sqrt(np.mean((got - exact) ** 2)) / np.sqrt(np.mean(exact ** 2)))
+    check.that(errors[1] < 0.03 and errors[1] < errors[0], f"radial displacement: errors {errors[0]:.3g}, {errors[1]:.3g}")
+
+
+FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
+           *body("box", law="vonmises", E="1000", rho=1, lower="0,0", upper="6,3"), "-material_m_yield 1.7320508", "-loads q", "-load_q_body b",
+           "-load_q_type pressure", "-load_q_face ymax", '-load_q_value "8*t*(X<1)"', "-time_end 1"]
+
+
+def check_footing():
+    """A strip footing on clay: loads are carried up to (2 + pi) c, and not beyond; then the run ends with status 3, the state
+    of the last equilibrium, and says so. The same load twice gives the same bits."""
+    runs = [run(f"footing{k}", FOOTING, "-grid_h", "0.25,0.25", "-dt_retry", 4, "-history_every", 0.01, status=3) for k in range(2)]
+    limit = 8 * float(re.search(r"stopped at step \d+, t=(\S+) s", runs[0].said)[1]) / (2 + math.pi)
+    check.that(0.95 < limit < 1.15, f"the footing carries {limit:.3f} (2 + pi) c")
+    check.that("no equilibrium was found" in runs[0].said and "the state is that before it" in runs[0].said, "the run says that there is no equilibrium")
+    check.that(runs[0].digest and runs[0].digest == runs[1].digest, f"twice the same bits: {runs[0].digest}, {runs[1].digest}")
+    last = check.history("footing0/footing0.csv")
+    check.that(abs(last["time"][-1] * 8 / (2 + math.pi) - limit) < 1e-3 and last["steps_cut"][-1] > 0, f"the history ends at t = {last['time'][-1]:g} s")
+    deep = run("deep", FOOTING, "-grid_h", "0.5,0.5", "-load_q_value", "3*t*(X<1)", "-dt_strain", "1e-5", "-dt_retry", "2", status=3)
+    check.that("-dt_strain allows 1e-05" in deep.said, "a step with more strain than -dt_strain is not taken")
+
+
+def check_newton():
+    """Newton's method ends as it should with an exact tangent: the logarithms of successive residuals grow by 1.5 or more."""
+    laws = [("elastic", 0.01, ()), ("neohookean", 0.05, ()), ("vonmises", 0.02, ("-material_m_yield", "1e30")),
+            ("vonmises", 0.02, ("-material_m_yield", "0.08")), ("vonmises", 0.02, ("-material_m_yield", "0.05", "-material_m_hardening", "0.1")),
+            ("druckerprager", 0.02, ("-material_m_friction_angle", 30, "-material_m_dilation_angle", 30, "-material_m_cohesion", 0.02)),
+            ("druckerprager", 0.02, ("-material_m_friction_angle", 30, "-material_m_cohesion", 0.02))]
+    for law, g, more in laws:
+        scene = ["-grid_lower 0,0", "-grid_upper 7,6", "-grid_cells 7,6", "-bc_ymin_type fixed", f"-gravity {0.4 * g},-{g}", "-gravity_ramp 0",
+                 *body("box", law=law, E=1, rho=1, lower="1,0", upper="5,4"), "-time_end 1", "-dt_size 1", "-method_stabilize_factor 0.01"]
+        result = run("newton", scene, "-snes_monitor", "-snes_linesearch_type", "basic", "-snes_rtol", "1e-11", "-snes_max_it", 30, "-dt_strain", 10, *more, *QUIET)
+        norms = [float(v) for v in re.findall(r"SNES Function norm (\S+)", result.out)]
+        norms = [v for v in norms if v > 1e-12 * norms[0]]
+        ratio = max((math.log(c / b) / math.log(b / a) for a, b, c in zip(norms, norms[1:], norms[2:]) if c < b < a and b < 1e-2 * norms[0]), default=9)
+        check.that(ratio >= 1.5, f"{law} {more}: residuals {' '.join(f'{v / norms[0]:.1e}' for v in norms)}, ratio {ratio:.2f}")
+
+
+def check_cuts():
+    """A column that leans, at 40 places in the grid: with the stabilisation no place is too weak to be solved, and the top sinks
+    alike."""
+    found = []
+    for k in range(40):
+        a, b = 0.37 * k % 1, 0.61 * k % 1
+        corners = [(1 + a, 0), (4 + a, 0), (4.8 + a, 3 + b), (1.8 + a, 3 + b)]
+        scene = ["-grid_lower 0,0", "-grid_upper 7,5", "-grid_cells 7,5", "-bc_ymin_type fixed", "-gravity 0,-1", "-time_end 1", "-dt_size 1",
+                 *body("polygon", vertices='"' + " ".join(f"{x:g},{y:g}" for x, y in corners) + '"')]
+        result = run("lean", scene)
+        x, u = moved("lean")
+        top = x[:, 1] > x[:, 1].max() - 0.7
+        found.append(u[top, 1].mean() / (3 + b) ** 2 if result.good else math.nan)
+    found = np.array(found)
+    check.that(np.all(np.isfinite(found)) and found.std() < 0.12 * abs(found.mean()),
+               f"the top sinks by {-1e3 * found.mean():.3f} mm/m^2 of height squared, from {-1e3 * found.max():.3f} to {-1e3 * found.min():.3f}")
+
+
+def check_bits():
+    """The same bits each time on the same number of processes; on another the same displacements; and, but for multigrid, the same
+    bits after a restart."""
+    scene = [*BEAM, "-grid_h 0.25,0.25", "-output_every 1"]
+    runs = {n: [run(f"bits{n}", scene, n=n) for _ in range(2)] for n in (1, 2, 3)}
+    for n, two in runs.items():
+        check.that(two[0].digest == two[1].digest, f"{n} processes: {two[0].digest} twice")
+    for n in (2, 3):
+        off = np.abs(moved(f"bits{n}")[1] - moved("bits1")[1]).max()
+        check.that(off < 1e-6 * 0.25, f"{n} processes and 1: displacements differ by {off:.2g} m")
+    for n, more in ((1, ()), (3, ("-ksp_rtol", "1e-10", "-pc_type", "jacobi"))):
+        whole = run(f"whole{n}", scene, *more, n=n)
+        run(f"go{n}", scene, *more, "-time_max_steps", 5, "-checkpoint_every", 0.1, n=n)
+        again = run(f"go{n}", scene, *more, "-restart_file", "latest", n=n)
+        check.that(again.digest == whole.digest, f"restarted on {n}: {again.digest}, whole {whole.digest}")
+    cube = ["-grid_lower 0,0,0", "-grid_upper 2,1,1", "-grid_cells 8,4,4", "-bc_xmin_type fixed", "-gravity 0,0,-1",
+            *body("box", 3, "elastic", lower="0,0,0", upper="2,1,1"), "-time_end 1", "-dt_size 0.5"]
+    runs = [run(f"cube{n}", cube, n=n) for n in (1, 2)]
+    off = np.abs(moved("cube2")[1] - moved("cube1")[1]).max()
+    check.that(all(r.good for r in runs) and off < 1e-6, f"3-D with multigrid: displacements on 1 and 2 processes differ by {off:.2g} m")
+
+
+def check_wrong():
+    """What a run finds wrong with options of PETSc's solvers, and that their options work."""
+    bad = run("bad", [*BEAM, "-grid_h 0.5,0.5"], "-ksp_rtoll", "1", *QUIET, status=3)
+    check.that("-ksp_rtoll is an option that PETSc's solvers of this run do not have" in bad.said, "an option that no solver reads is named")
+    good = run("good", [*BEAM, "-grid_h 0.5,0.5"], "-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-10", "-snes_converged_reason", *QUIET)
+    check.that("ksp gmres, pc jacobi" in good.out and "CONVERGED_FNORM_RELATIVE" in good.out, "PETSc's options choose the solvers")
+
+
+for part in parts or [name[6:] for name in list(globals()) if name.startswith("check_")]:
+    globals()["check_" + part]()
+check.end()
