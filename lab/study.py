@@ -5,6 +5,8 @@
   pebble-study trade my.opts          error, time and memory of methods on a series of grids, and the cheapest setting
                                       for an error
   pebble-study stability my.opts      the largest stable time steps of methods, at rest and where particles cross cells
+  pebble-study limit my.opts          how much load, gravity, or loss of strength a body bears, by static runs on several
+                                      grids
 
 Options of the study have two dashes, those of Pebble one: they replace options of the scene. A study that was
 interrupted goes on with the same command: runs that its table has are not made again."""
@@ -20,6 +22,7 @@ try:
     import pebble_mpm as pebble
     from pebble_study import scene
     from pebble_study.convergence import Convergence
+    from pebble_study.limit import Limit, static
     from pebble_study.quantity import Quantity
     from pebble_study.stability import Stability
     from pebble_study.trade import Trade
@@ -44,7 +47,9 @@ class Study:
                 raise scene.Refused(f"--program {words.program}: there is no such program")
             os.environ["PEBBLE"] = os.path.abspath(words.program)
         given = ["-options_file", words.scene, *pebbles]
-        self.options = scene.database(given, self.processes)
+        self.options, self.aside = (
+            static(given, self.processes) if words.study == "limit" else (scene.database(given, self.processes), [])
+        )
         self.dry = words.dry_run or "-dry_run" in pebbles
         if "time_max_steps" in self.options:
             raise scene.Refused("-time_max_steps does not apply: the runs of a study end at the same time, -time_end")
@@ -116,19 +121,22 @@ def parser_of():
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
-        usage="pebble-study trade|convergence|stability my.opts [--option value ...] [-pebble_option value ...]",
+        usage="pebble-study trade|convergence|stability|limit my.opts [--option value ...] [-pebble_option value ...]",
     )
-    parser.add_argument("study", choices=["trade", "convergence", "stability"])
+    parser.add_argument("study", choices=["trade", "convergence", "stability", "limit"])
     parser.add_argument("scene", help="options file of the scene")
     parser.add_argument("--processes", type=int, default=1, metavar="N", help="processes of each run (1)")
     parser.add_argument(
         "--program", metavar="PATH", help="the program (the one of this folder or installation, or of PATH)"
     )
     parser.add_argument("--dry-run", action="store_true", help="check all options, list the runs, make no step")
-    several = parser.add_argument_group("convergence and trade")
-    several.add_argument(
-        "--levels", type=int, default=4, metavar="N", help="grids, each twice as fine as the one before (4)"
+    parser.add_argument(
+        "--levels",
+        type=int,
+        metavar="N",
+        help="convergence, trade, limit: grids, each twice as fine as the one before (4; limit: 3)",
     )
+    several = parser.add_argument_group("convergence and trade")
     several.add_argument(
         "--quantity",
         metavar="COLUMN[:max|min|end]",
@@ -190,11 +198,36 @@ def parser_of():
         metavar="N",
         help="steps of a run; a body at rest and blocks make a part of them, which the study prints (20000)",
     )
+    fall = parser.add_argument_group("limit")
+    fall.add_argument(
+        "--raise",
+        dest="raised",
+        choices=["load", "gravity"],
+        help="what grows until the body fails: all that grows in the scene, to its -time_end (load); or gravity, as far "
+        "as it takes",
+    )
+    fall.add_argument(
+        "--reduce",
+        choices=["strength"],
+        help="instead, the strength is divided by a factor: cohesion and tan(friction_angle) of druckerprager, yield of "
+        "vonmises",
+    )
+    fall.add_argument(
+        "--tolerance", type=float, default=0.01, metavar="X", help="width of the bracket of the factor, as a part (0.01)"
+    )
+    fall.add_argument(
+        "--softer",
+        type=float,
+        default=30,
+        metavar="N",
+        help="the body flows, and has failed, where it yields more than N times as much as at first for an equal part of "
+        "the load (30); also where no equilibrium is found",
+    )
     return parser
 
 
 BELONGS = {
-    "levels": "ct",
+    "levels": "ctl",
     "quantity": "ct",
     "value": "ct",
     "vary": "c",
@@ -208,6 +241,10 @@ BELONGS = {
     "cfl": "t",
     "coarser": "t",
     "repeats": "t",
+    "raised": "l",
+    "reduce": "l",
+    "tolerance": "l",
+    "softer": "l",
 }
 RANGES = {
     "levels": (2, 12),
@@ -215,6 +252,8 @@ RANGES = {
     "coarser": (0, 10),
     "repeats": (1, 100),
     "processes": (1, 1000000),
+    "tolerance": (1e-4, 0.5),
+    "softer": (2, 1e6),
 }
 
 
@@ -244,8 +283,11 @@ def read_words(argv):
     words = parser.parse_args(own)
     for name, studies in BELONGS.items():
         if getattr(words, name) != parser.get_default(name) and words.study[0] not in studies:
-            parser.error(f"--{name.replace('_', '-')} is of another study than {words.study}")
+            parser.error(f"--{name.replace('_', '-').replace('raised', 'raise')} is of another study than {words.study}")
+    limit = words.study == "limit"
+    words.levels = words.levels if words.levels is not None else 3 if limit else 4
     for name, (least, most) in RANGES.items():
+        least = 1 if limit and name == "levels" else least
         if not least <= getattr(words, name) <= most:
             parser.error(f"--{name} {getattr(words, name)} is outside the allowed range {least} <= {name} <= {most}")
     return words, pebbles
@@ -260,7 +302,7 @@ def main():
     signal.signal(signal.SIGTERM, interrupted)
     try:
         study = Study(words, pebbles)
-        return {"convergence": Convergence, "stability": Stability, "trade": Trade}[words.study](study).run()
+        return {"convergence": Convergence, "limit": Limit, "stability": Stability, "trade": Trade}[words.study](study).run()
     except (scene.Refused, FileNotFoundError) as refused:
         print(refused, file=sys.stderr)
         return 2

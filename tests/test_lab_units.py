@@ -16,7 +16,7 @@ import check
 check.arguments(__doc__, 0)
 sys.path.insert(0, os.path.join(check.source, "lab"))
 import pebble_mpm as pebble  # noqa: E402 (after the path)
-from pebble_study import front, methods, scene, series, stability, trade  # noqa: E402
+from pebble_study import front, limit, methods, scene, series, stability, trade  # noqa: E402
 
 
 def near(a, b, tolerance=1e-12):
@@ -205,7 +205,7 @@ def bound(limit):
     return lambda C: tried.append(C) or C <= limit + 1e-12
 
 
-for limit, expected in (
+for last, expected in (
     (0.0, (0.0, 0.05)),
     (0.05, (0.05, 0.1)),
     (0.73, (0.7, 0.75)),
@@ -214,14 +214,77 @@ for limit, expected in (
     (1.15, (1.1, 1.2)),
     (2.6, (2.6, None)),
 ):
-    found = stability.search(bound(limit))
+    found = stability.search(bound(last))
     check.that(
-        all(a == b or near(a, b) for a, b in zip(found, expected)), f"a method that is stable to {limit}: {found}"
+        all(a == b or near(a, b) for a, b in zip(found, expected)), f"a method that is stable to {last}: {found}"
     )
 check.that(max(tried) <= 2.6 + 1e-12, "no C is above 2.6")
 count = []
 stability.search(lambda C: count.append(C) or round(C, 9) not in (0.3,))
 check.that(np.allclose(count, [0.1, 0.2, 0.3, 0.25]), "the first C that is unstable ends the search")
+
+# ---- Limits
+for true, start in ((1.4, 1.0), (0.07, 1.0), (1.4, 1.4), (17.0, 1.0), (1.0, 1.0), (0.999, 1.0)):
+    asked = []
+    low, high = limit.bracket(lambda F: asked.append(F) or F <= true, start, 1.2, 0.01)
+    check.that(
+        low <= true < high and high - low <= 0.01 * 0.5 * (low + high) and len(asked) == len(set(asked)) <= 16,
+        f"a body that bears {true}, from {start}: {low:g} to {high:g} after {len(asked)} runs",
+    )
+for always, told in ((True, "still holds"), (False, "does not hold")):
+    try:
+        limit.bracket(lambda F: always, 1.0, 1.2, 0.01)
+        check.that(False, "a limit that is not there")
+    except limit.NoLimit as none:
+        check.that(told in str(none), f"no limit: {none}")
+for brackets, low, high, why in (
+    ([(1.0, 1.02)], 1.0, 1.02, "one grid"),
+    ([(1.2, 1.21), (1.195, 1.205)], 1.195, 1.21, "meet"),
+    ([(1.39, 1.41), (1.19, 1.21)], 0.99, 1.21, "as if"),
+    ([(1.79, 1.81), (1.39, 1.41), (1.19, 1.21)], 0.79, 1.21, "Richardson"),
+    ([(1.3, 1.3), (1.2, 1.2), (1.1, 1.1)], 1.0, 1.1, "do not fall"),
+    ([(2.6, 2.6), (1.8, 1.8), (1.4, 1.4), (1.2, 1.2)], 1.0, 1.2, "Richardson"),
+):
+    found = limit.estimate(brackets)
+    check.that(
+        near(found[0], low) and near(found[1], high) and why in found[2],
+        f"{len(brackets)} grids: {found[0]:g} to {found[1]:g}, {found[2]}",
+    )
+check.that(
+    np.allclose(limit.softness([0.1, 0.2, 0.25], [1e-3, 1e-3, 1e-2]), [1, 1, 20])
+    and len(limit.softness([], [])) == 0
+    and np.isnan(limit.softness([1.0], [0.0])).all(),
+    "the softness of steps, of no steps, where nothing moves",
+)
+ends = [
+    limit.read_end(times, soft, failed, 20)
+    for times, soft, failed in (
+        ([0.5, 1.0], [1, 2], None),
+        ([0.5, 0.7], [1, 2], 0.8),
+        ([0.5, 0.7, 1.0], [1, 30, 5], None),
+        ([0.5, 0.7], [1, 21], 0.8),
+    )
+]
+check.that(
+    ends == [(1.0, None, 2), (0.7, 0.8, 2), (0.5, 0.7, 1), (0.5, 0.7, 1)] and limit.read_end([], [], 0.1, 20)[:2] == (0.0, 0.1),
+    f"a run holds, finds no equilibrium, flows and comes to rest again, flows before that: {ends}",
+)
+far = np.zeros((300, 3))
+far[:3, 1] = 1, 2, 3
+check.that(
+    near(limit.moved(np.zeros((300, 3)), far), 2) and near(limit.moved(far[:5], far[:5] + 1), math.sqrt(3)),
+    "the hundredth that moves most, one particle at least",
+)
+soil = {"materials": "a,b,c", "material_a_model": "vonmises", "material_a_yield": "6", "material_b_model": "druckerprager", "material_b_cohesion": "3"}
+soil |= {"material_b_friction_angle": "45", "material_b_dilation_angle": "30", "material_c_model": "elastic"}
+weak = limit.weakened(scene.Options(soil), 2.0)
+check.that(
+    [float(weak[f"material_{name}"]) for name in ("a_yield", "b_cohesion")] == [3, 1.5]
+    and near(math.tan(math.radians(float(weak["material_b_friction_angle"]))), 0.5)
+    and weak["material_b_dilation_angle"] == weak["material_b_friction_angle"]
+    and limit.weakened(scene.Options(soil), 1.5)["material_b_dilation_angle"] == "30",
+    "strength divided by 2; dilation is at most friction",
+)
 
 # ---- Words, tables
 check.that(

@@ -34,7 +34,8 @@ value, or a place [m]. Lines with # before it may have the source, which is prin
 
 Of the table of a convergence study, NAME_study.csv, it draws the error over what was refined instead, with a line of slope 2
 beside it; of that of a work-precision study, NAME_workprecision.csv, the error over the time, a curve for each method, with
-rings around the runs that no other beats in both.
+rings around the runs that no other beats in both; of that of a limit-load study, NAME_limit.csv, the factor and its bracket over
+the size of the cells.
 """
 import argparse
 import collections
@@ -363,9 +364,40 @@ def draw_work(path, rows, out):
     save(figure, out)
 
 
+LIMIT = ("grid", "h", "holds", "fails", "factor", "ends")
+
+
+def read_limit(path):
+    """The grids of the table of a limit-load study; None if the file is no such table."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            if not set(LIMIT) <= set(reader.fieldnames or ()):
+                return None
+            rows = np.array([[float(row[name]) for name in ("h", "factor", "holds", "fails")] for row in reader]).reshape(-1, 4)
+    except (OSError, ValueError, csv.Error) as error:
+        fail(f"cannot read {path}: {error}")
+    if not len(rows):
+        fail(f"{path} has no grid: nothing to draw")
+    return rows.T
+
+
+def draw_limit(path, columns, out):
+    """The factor over h, with what holds and what does not."""
+    h, factor, holds, fails = columns
+    figure, axes = plt.subplots(figsize=(4.6, 3.6), layout="constrained")
+    axes.errorbar(h, factor, [factor - holds, fails - factor], fmt="o-", color="C0", markersize=4, linewidth=1.2, capsize=4, label="holds, does not hold", gid="factor")
+    axes.set(xlabel="$h$ [m]", ylabel="factor", xticks=h, xticklabels=[f"{value:.3g}" for value in h], xlim=(0, 1.1 * h.max()))
+    axes.margins(y=0.3)
+    axes.grid(True, color="0.9", linewidth=0.5)
+    axes.legend()
+    figure.suptitle(os.path.basename(path).removesuffix("_limit.csv"), fontsize=11)
+    save(figure, out)
+
+
 def parser_of():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv, NAME_workprecision.csv")
+    parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv, NAME_workprecision.csv, NAME_limit.csv")
     parser.add_argument("--csv", metavar="FILE.csv", help="history (default: beside FILE.h5, if it is there)")
     parser.add_argument("-o", "--out", metavar="FILE.png", help="picture (default: beside FILE.h5)")
     drawing.add_arguments(parser)
@@ -381,8 +413,12 @@ def main():
     if arguments.file.endswith(".csv"):
         plt.rcParams.update(STYLE)
         out = arguments.out or arguments.file.removesuffix(".csv") + ".png"
-        work = read_work(arguments.file)
-        draw_work(arguments.file, work, out) if work else draw_study(arguments.file, read_study(arguments.file), out)
+        limit = read_limit(arguments.file)
+        work = read_work(arguments.file) if limit is None else None
+        if limit is not None:
+            draw_limit(arguments.file, limit, out)
+        else:
+            draw_work(arguments.file, work, out) if work else draw_study(arguments.file, read_study(arguments.file), out)
         return
     default = "none" if arguments.history else "error" if arguments.field == "error" else "energy"
     below = [word for word in (arguments.below or default).split(",") if word != "none"]

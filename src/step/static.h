@@ -28,7 +28,7 @@ struct MPMStatic {
   Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant */
   Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
   PetscReal  scale;     /* of the step: norm of the forces in equilibrium, N */
-  PetscReal  least;     /* N: residuals of this size are rounding */
+  PetscReal  least;     /* N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
 
   const MPMScene *scene;

@@ -4,7 +4,7 @@
 #include "step/static.h"
 
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
-#define ROUNDING   1e-13 /* of the largest stiffness: smaller forces are rounding */
+#define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
 {
@@ -98,6 +98,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
 {
   struct MPMStatic *s     = core->implicit;
   PetscReal         stiff = 0;
+  PetscInt          unknowns;
 
   PetscFunctionBeginUser;
   s->core      = core;
@@ -118,6 +119,8 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
   PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
   PetscCall(OrderSums(core, PETSC_TRUE));
   PetscCall(MPMStaticNumber(s));
+  PetscCall(VecGetSize(s->u, &unknowns));
+  s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);

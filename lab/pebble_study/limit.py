@@ -1,0 +1,380 @@
+"""The limit-load study: static runs raise the load or gravity of a scene, or divide its strength, until no equilibrium is
+found or the body flows: for an equal part of the load it yields many times as much as in the first step. So on several
+grids, each twice as fine as the one before. The limit lies between the largest factor that holds and the smallest that
+does not, its bracket. (Beyond the limit a body can come to rest again in another shape, as a slope does that has slid;
+so that an equilibrium is found does not tell that the limit was not passed.)"""
+
+import csv
+import math
+import os
+import re
+import time
+
+import numpy as np
+import pebble_mpm as pebble
+
+from . import scene, series
+from .scene import Refused
+
+COLUMNS = "grid,h,cells,particles,holds,fails,ends,factor,softer,runs,seconds,key".split(",")
+TEXTS = ("cells", "ends", "key")
+FAILED = r"no equilibrium was found at t=(\S+) s"
+STEPS = 10  # of a load, where the scene does not say
+LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
+GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
+HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
+STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
+    "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
+    "druckerprager": {
+        "cohesion": lambda value, F: value / F,
+        "friction_angle": lambda value, F: math.degrees(math.atan(math.tan(math.radians(value)) / F)),
+    },
+}
+# Options of motion in time, which stand aside where the scene has no -method_time static of its own.
+MOTION = ("method_", "damping_", "dt_", "check_", "history_energy", "output_")
+
+
+class NoLimit(Exception):
+    """No factor without an equilibrium was found, or none with one."""
+
+
+def bracket(holds, start, growth, tolerance, least=LEAST, most=MOST):
+    """(low, high): low holds, high does not, and their difference is at most `tolerance` of their mean. From `start` on
+    the factor grows, or falls, by powers of `growth`, then the interval is halved. NoLimit where no such pair is
+    in [least, most]."""
+    low = high = None
+    factor, grows = start, growth
+    while low is None or high is None:
+        if not least <= factor <= most:
+            raise NoLimit(
+                f"the strength divided by {low:g} still holds"
+                if high is None
+                else f"the strength divided by {high:g} does not hold"
+            )
+        if holds(factor):
+            low = factor
+        else:
+            high = factor
+        factor, grows = (low * grows if high is None else high / grows), grows * growth
+    while high - low > tolerance * 0.5 * (low + high):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
+def estimate(brackets):
+    """(lowest, highest, why) of the limit on grids that are ever finer, from the brackets [(low, high)] of grids that are
+    each twice as fine as the one before."""
+    middles, halves = [0.5 * sum(pair) for pair in brackets], [0.5 * (b - a) for a, b in brackets]
+    last, half = middles[-1], halves[-1]
+    if len(brackets) < 2:
+        return *brackets[-1], "one grid: what smaller cells would change is not known (--levels)"
+    changes = [b - a for a, b in zip(middles, middles[1:])]
+    if abs(changes[-1]) <= halves[-1] + halves[-2]:
+        ends = [end for pair in brackets[-2:] for end in pair]
+        return min(ends), max(ends), "the brackets of the last two grids meet"
+    rest = series.rest(changes)
+    if rest:
+        far, unsure = rest
+        why = "extrapolated from the last three grids (Richardson)"
+    else:
+        far, unsure = changes[-1], 0.0
+        why = (
+            "as if all finer grids together changed it as much as the last one did"
+            if len(brackets) == 2
+            else "the changes from grid to grid do not fall: a guess, in which the next change is like the last"
+        )
+    ends = [last, last + far - unsure, last + far + unsure]
+    return min(ends) - half, max(ends) + half, why
+
+
+def moved(before, after):
+    """The mean of how far the hundredth of the particles went that went farthest, m. [n, 3] each."""
+    far = np.sort(np.sqrt(((after - before) ** 2).sum(1)))
+    return far[-max(1, len(far) // 100) :].mean()
+
+
+def softness(times, steps):
+    """How many times as much as in the first step the body yields in each step, for an equal part of the load, which grows
+    with time. times: of the ends of the steps, s; steps: how far they moved it."""
+    times, rates = np.asarray(times, float), np.asarray(steps, float)
+    rates = rates / np.diff(times, prepend=0)
+    return rates / rates[0] if len(rates) and rates[0] > 0 else np.full(len(rates), math.nan)
+
+
+def read_end(times, soft, failed, softer):
+    """(last time that holds, first that does not or None, how soft it was in the last step that holds) of a run with
+    steps to these times, the softness in them, and the time at which no equilibrium was found, or None."""
+    flows = next((k for k, value in enumerate(soft) if value > softer), None)
+    if flows is not None:
+        return (times[flows - 1] if flows else 0.0), times[flows], (soft[flows - 1] if flows else math.nan)
+    return (times[-1] if len(times) else 0.0), failed, (soft[-1] if len(soft) else math.nan)
+
+
+def static(words, processes):
+    """Options of a scene, made static: if it is not, what belongs to motion in time stands aside, but for what is on the
+    command line. Returns them and the names of what stands aside."""
+    try:
+        options = scene.database(words, processes)
+    except Refused:  # words of statics alone, as -snes_max_it
+        options = scene.database([*words, "-method_time", "static"], processes)
+        options = scene.Options({k: v for k, v in options.items() if k != "method_time"}, options.typed - {"method_time"})
+    if options.get("method_time") == "static":
+        return options, []
+    aside = [name for name in options if name.startswith(MOTION) and name not in options.typed]
+    told = [name for name in aside if not name.startswith("output_")]
+    kept = dict.fromkeys(name for name in aside if name not in ("output_dir", "output_name"))
+    return options | kept | {"method_time": "static"}, told
+
+
+def materials(options):
+    """{name: law} of the materials."""
+    return {name: options.get(f"material_{name}_model", "") for name in options["materials"].split(",")}
+
+
+def weakened(options, F):
+    """The options with the strength of all materials divided by F; dilation is at most friction."""
+    changed = {}
+    for name, law in materials(options).items():
+        for what, divide in STRENGTH.get(law, {}).items():
+            option = f"material_{name}_{what}"
+            if option in options:
+                changed[option] = f"{divide(float(options[option]), F):.15g}"
+        friction, dilation = f"material_{name}_friction_angle", f"material_{name}_dilation_angle"
+        if friction in changed and float(options.get(dilation) or 0) > float(changed[friction]):
+            changed[dilation] = changed[friction]
+    return options | changed
+
+
+class Limit:
+    def __init__(self, study):
+        words, options = study.words, study.options
+        self.study, self.facts, self.levels, self.tolerance = study, study.facts, words.levels, words.tolerance
+        self.mode = "strength" if words.reduce else words.raised or "load"
+        self.end = float(options["time_end"])
+        self.loads = {name: None for name in options.get("loads", "").split(",") if name}  # in all at the end, N
+        self.gravity = [g for g in scene.numbers(options.get("gravity", "0"), self.facts.dim)]
+        self.check()
+        self.dt = self.facts.fixed or self.end / STEPS
+        quiet = {name: None for name in options if name.startswith("output_") and name not in ("output_dir", "output_name")}
+        self.options = options | quiet | {"output_every": "0", "output_fields": "body", "output_format": "hdf5", "check_state": "retry"}
+        self.start, self.soon, self.rows, self.path = 1.0, self.end, [], study.path("_limit.csv")
+
+    # ---- What it takes
+
+    def check(self):
+        """Refuses scenes in which nothing can be raised or reduced."""
+        words, options = self.study.words, self.study.options
+        if words.reduce and words.raised:
+            raise Refused("--reduce does not apply with --raise: choose one of them")
+        laws = materials(options)
+        if self.mode == "strength" and not any(law in STRENGTH for law in laws.values()):
+            raise Refused(f"--reduce strength does not apply: no material has the model {' or '.join(STRENGTH)}")
+        pushed = any(self.gravity) or "acceleration" in options
+        if not self.loads and not pushed:
+            raise Refused("the study needs something that can become too much: give the scene -loads or -gravity")
+        if self.mode == "gravity" and not any(self.gravity):
+            raise Refused("--raise gravity does not apply: the scene has no -gravity")
+        if self.mode == "gravity" and self.loads:
+            raise Refused("--raise gravity does not apply to a scene with -loads: --raise load raises both")
+
+    def notes(self):
+        """Says what makes the result doubtful before the first run."""
+        say, options, facts = self.study.say, self.study.options, self.facts
+        if self.study.aside:
+            say(f"note       of the scene these stand aside in statics: -{' -'.join(self.study.aside)}")
+        if facts.basis in ("gimp", "linear"):
+            say(f"note       {facts.basis} locks where volume is kept: the factor is too high, or there is none; leave out -method_basis")
+        axisymmetric = options.get("axisymmetric", "false") not in ("false", "0", "no")
+        for name, law in materials(options).items():
+            if law == "druckerprager" and facts.dim == 2 and not axisymmetric and options.get(f"material_{name}_fit") != "plane_strain":
+                say(f"note       {name} is stronger in plane strain than its friction_angle says: give -material_{name}_fit plane_strain")
+            if law == "vonmises" and float(options.get(f"material_{name}_hardening") or 0) > 0:
+                say(f"note       {name} hardens: its load may grow without a limit")
+        if self.mode == "load":
+            self.check_growth()
+
+    def check_growth(self):
+        """Finds how large the loads are at the end, and says which of them do not grow in proportion to time."""
+        say, line = self.study.say, r"^load +{}: .* in all (\S+) \S+(?: m)? at t=(\S+) s"
+        half = scene.run(self.options, self.study.processes, dry_run=True, time_end=0.5 * self.end)
+        whole = scene.run(self.options, self.study.processes, dry_run=True)
+        for name in self.loads:
+            found = [re.search(line.format(name), result.out, re.M) for result in (half, whole)]
+            if not all(found):
+                continue
+            part, all_of_it = (float(match[1]) for match in found)
+            if abs(2 * part - all_of_it) > 0.01 * all_of_it:
+                say(f"note       load {name} is not in proportion to time: {part:g} N at half of -time_end, at most {all_of_it:g} N; the factor is t/time_end")
+            else:
+                self.loads[name] = all_of_it
+        if "acceleration" in self.options:
+            say("note       the factor is t/time_end: for that -acceleration has to be in proportion to t")
+        ramp = self.options.get("gravity_ramp")
+        if any(self.gravity) and ramp is not None and float(ramp) != self.end:
+            say("note       gravity does not grow to -time_end (-gravity_ramp): the factor is that of the loads")
+
+    # ---- Runs
+
+    def grid(self, level):
+        options = scene.refined(self.options, self.facts, level) if level else self.options
+        return options | {"dt_size": f"{self.dt:.15g}"}
+
+    def try_run(self, options):
+        """(last time that holds, first that does not or None) of a run; a run that ends otherwise is an Error."""
+        result = scene.run(options, self.study.processes)
+        self.runs += 1
+        found = re.search(FAILED, result.line) if result.status else None
+        if result.status and not (result.status == pebble.STOPPED and found):
+            raise pebble.Error(result.line, result)
+        self.study.warn(result)
+        times, steps, before = [], [], None
+        for snapshot in result.snapshots:
+            places = snapshot.particles["x"]
+            if before is not None:
+                times.append(snapshot.time)
+                steps.append(moved(before, places))
+            before = places
+        soft = softness(times, steps)
+        last, failed, softer = read_end(times, soft, float(found[1]) if found else None, self.study.words.softer)
+        if failed is not None:
+            self.softer, self.ends = softer, "flow" if len(times) and failed <= times[-1] else "no equilibrium"
+        return last, failed
+
+    def weaken(self, level):
+        """The bracket of the divisor of the strength."""
+        options = self.grid(level)
+        options |= {"dt_retry": options.get("dt_retry") or "4"}
+
+        def holds(F):
+            since = time.monotonic()
+            _, failed = self.try_run(weakened(options, F))
+            told = "holds" if failed is None else f"does not ({self.ends}), at {100 * failed / self.end:.3g} % of the load"
+            self.study.say(f"run        grid {level + 1}: strength/{F:.5g} {told}; {time.monotonic() - since:.2g} s")
+            return failed is None
+
+        growth = 1.2 if not level else 1 + 4 * self.tolerance
+        return bracket(holds, self.start, growth, self.tolerance)
+
+    def lift(self, level):
+        """The bracket of the factor of the load, or of gravity, by runs with shorter steps until it is small enough. Where
+        gravity does not suffice, it is made stronger."""
+        options, dt, end = self.grid(level), self.dt, self.soon
+        if any(self.gravity) and not options.get("gravity_ramp"):
+            options |= {"gravity_ramp": f"{self.end:.15g}"}
+        for _ in range(TRIES):
+            halvings = max(1, math.ceil(math.log2(dt / (0.3 * self.tolerance * self.end))))
+            changed = {"dt_size": f"{dt:.15g}", "dt_retry": halvings, "time_end": f"{end:.15g}"}
+            if self.mode == "gravity":
+                changed["gravity"] = ",".join(f"{self.start * g:.15g}" for g in self.gravity)
+            since = time.monotonic()
+            last, failed = self.try_run(options | changed)
+            low, high = self.start * last / self.end, self.start * (failed or math.inf) / self.end
+            told = f"{low:.5g} holds" + (f", {high:.5g} does not ({self.ends})" if failed else "")
+            self.study.say(f"run        grid {level + 1}: the factor {told}; {time.monotonic() - since:.2g} s")
+            if failed is not None and high - low <= self.tolerance * 0.5 * (low + high):
+                return low, high
+            if failed is None and end < self.end:
+                end = self.end
+            elif failed is None:
+                if self.mode == "load":
+                    raise NoLimit("the scene carries its whole load; let it grow further, in proportion to t")
+                self.start *= GROWTH
+            else:
+                dt = min(0.5 * dt, 0.8 * self.tolerance * last if last > 0 else 0.1 * failed)
+                end = min(self.end, 1.05 * failed)
+        raise NoLimit(f"after {TRIES} runs the factor is between {low:g} and {high:g}")
+
+    def begin_at(self, factor):
+        """Lets the search on the next grid begin near the factor of this one."""
+        self.start = {"load": 1.0, "gravity": 1.05 * factor, "strength": factor}[self.mode]
+        self.soon = min(self.end, 1.05 * factor * self.end) if self.mode == "load" else self.end
+
+    def make(self, level, before):
+        options = self.grid(level)
+        facts = self.each[level]
+        key = scene.digits(options, self.study.processes, self.mode, self.tolerance, self.study.words.softer)
+        row = before.get(key)
+        if row:
+            row = {name: text if name in TEXTS else float(text or "nan") for name, text in row.items()}
+            self.begin_at(row["factor"])
+        else:
+            self.runs, self.softer, self.ends, since = 0, math.nan, "", time.monotonic()
+            low, high = (self.weaken if self.mode == "strength" else self.lift)(level)
+            row = {"holds": low, "fails": high, "factor": 0.5 * (low + high), "ends": self.ends, "softer": self.softer}
+            row |= {"runs": self.runs, "seconds": time.monotonic() - since}
+            self.begin_at(row["factor"])
+        self.rows.append(row | {"grid": level + 1, "h": facts.h[0], "cells": "x".join(map(str, facts.cells)), "particles": facts.particles, "key": key})
+        if row["softer"] < HARDLY and row["ends"] != "flow":
+            self.study.say(
+                f"warning    grid {level + 1}: before it failed the body was only {row['softer']:.3g} times as soft as at first: the solver may have failed where "
+                "there is an equilibrium; try a smaller -dt_size, -snes_max_it 50 or -snes_linesearch_type l2"
+            )
+
+    def write(self):
+        forms = {"grid": "d", "particles": "d", "runs": "d", "seconds": ".4g", "softer": ".4g"}
+        with open(self.path + ".new", "w", newline="", encoding="utf-8") as file:
+            out = csv.writer(file, lineterminator="\n")
+            out.writerow(COLUMNS)
+            out.writerows([scene.text_of(row[name], forms.get(name, "r")) for name in COLUMNS] for row in self.rows)
+        os.replace(self.path + ".new", self.path)
+
+    # ---- What it prints
+
+    def report(self):
+        say, rows = self.study.say, self.rows
+        say(f"{'grid':>5}  {'h':>9}  {'particles':>9}  {'holds':>9}  {'fails':>9}  {'by':<14}  {'softer':>7}  {'runs':>4}  {'seconds':>7}")
+        for row in rows:
+            say(
+                f"{row['grid']:5.0f}  {row['h']:9.4g}  {row['particles']:9.0f}  {row['holds']:9.5g}  {row['fails']:9.5g}  {row['ends']:<14}  "
+                f"{scene.text_of(row['softer'], '.3g', '-'):>7}  {row['runs']:4.0f}  {row['seconds']:7.3g}"
+            )
+        last = rows[-1]
+        half = 0.5 * (last["fails"] - last["holds"])
+        change = f", {100 * (last['factor'] / rows[-2]['factor'] - 1):+.2g} % from the grid before" if len(rows) > 1 else ""
+        low, high, why = estimate([(row["holds"], row["fails"]) for row in rows])
+        say(f"factor     {last['factor']:.4g} +- {half:.2g} on the finest grid{change}")
+        for name, whole in self.loads.items() if self.mode == "load" else ():
+            if whole is not None:
+                say(f"           load {name} is {whole * last['factor']:.4g} N then")
+        say(f"limit      {low:.4g} to {high:.4g}: {why}")
+        say("uncertain  that range is of the cells and of the bracket alone. That no equilibrium was found does not prove that there is none;")
+        say("           and a limit depends on the law: on its flow (dilation), and on a strength that is not that of the ground")
+
+    def check_grids(self):
+        self.each = []
+        for level in range(self.levels):
+            facts = scene.Facts(self.grid(level), self.study.processes)
+            if facts.refused:
+                raise Refused(f"grid {level + 1} of the study: {facts.refused}")
+            self.each.append(facts)
+            if self.study.dry:
+                self.study.say(f"grid {level + 1:2}    {'x'.join(map(str, facts.cells))} cells, {facts.particles} particles")
+
+    def run(self):
+        study = self.study
+        what = {
+            "load": "the load grows, as the scene's in time,",
+            "gravity": "gravity grows",
+            "strength": "the strength of the materials is divided by a factor that grows",
+        }[self.mode]
+        grids = f"{self.levels} grids" if self.levels > 1 else "one grid"
+        study.say(f"study      limit of {self.facts.title}: {what} until no equilibrium is found; to {100 * self.tolerance:g} %, {grids}")
+        self.notes()
+        self.check_grids()
+        if study.dry:
+            study.say("dry run    the study is valid; no step was made")
+            return 0
+        before, status = scene.read_table(self.path, COLUMNS[:2]), 0
+        for level in range(self.levels):
+            try:
+                self.make(level, before)
+            except (NoLimit, pebble.Error) as none:
+                study.complain(f"no limit on grid {level + 1}: {none}" if isinstance(none, NoLimit) else str(none))
+                status = 3
+                break
+            self.write()
+        if self.rows:
+            self.report()
+            study.end(self.path)
+        return status
