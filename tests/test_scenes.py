@@ -40,6 +40,7 @@ LANES = [
     ("taylor", "-method_preset solid", 20),
     ("taylor3d", "", 10),
     ("taylor_axi", "", 20),
+    ("taylor_axi", "-method_preset solid", 20),
     ("drop", "-method_basis bspline2 -method_update usl -method_transfer apic", 50),
     ("mms", "-method_update usl -method_transfer apic", 30),
 ]

@@ -123,8 +123,8 @@ MPM_INLINE void MPMRatesTotal(int dim, const MPMParams *par, const MPMPatch *pat
 }
 
 /* Sets a block's F = I + grad u, over the factor of F-bar if there is one, positions X + u and velocities from value
-   (u, then v, [2 dim]) and grad u [dim*dim], 1, of the total frame; F33 = 1 + u_R/R, which is row 4 of grad. v2 becomes the largest squared velocity so far, bad
-   the lanes whose J is not a positive number. */
+   (u, then v, [2 dim]) and grad u [dim*dim], 1, of the total frame; in bodies of revolution F33 = 1 + u_R/R, of which
+   row 4 of grad is u_R/R. v2 becomes the largest squared velocity so far, bad the lanes whose J is not a positive number. */
 MPM_INLINE void MPMDeformTotal(int dim, const MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
                                const MPMComponent *value, const MPMComponent *grad, MPMBlock *b, MPMReal *v2,
                                MPMMask *bad)

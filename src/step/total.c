@@ -30,8 +30,8 @@ MPM_INLINE void Hold(const MPMParams *par, const MPMGrid *grid, const MPMNodes *
    mass matrix M. Walls hold it: with what force, N, `wall` [dim] gets if it is not NULL. The sum of these over the nodes
    of all walls is the force on the body, since sum p = sum m a before the correction; of bodies of revolution (`round`)
    along the axis only, since m is that of MPMNodeMass. */
-MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled,
-                             int again, PetscInt i, PetscReal a[], PetscReal wall[])
+MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                             PetscBool walled, int again, PetscInt i, PetscReal a[], PetscReal wall[])
 {
   const MPMNode   *n = r->sum + i;
   const PetscReal *v = r->state + i * MPM_MOTION_NC(dim) + dim;
