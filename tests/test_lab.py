@@ -228,7 +228,7 @@ REFUSED = [
     ),
     (["trade", "--transfer", "flip:most"], "--transfer flip:most: no number stands after the colon"),
     (["trade", "--ppc", "2,2.5"], "--ppc 2,2.5: the numbers must be whole"),
-    (["stability", "-method_preset", "solid"], "stability does not apply to a scene in the total frame"),
+    (["stability", "-method_preset", "solid", "--update", "usl"], "--update does not apply: the scene is in the total frame, which has none"),
     (["trade", "--ppc", "65"], "--ppc 65: choose a list of numbers > 0, at most 64"),
     (["trade", "--cfl", "0.2", "-dt_size", "1e-3"], "--cfl does not apply: -dt_size is fixed"),
     (["trade", "--coarser", "4"], "--coarser 4: the 8 cells on axis x are no multiple of 16"),
@@ -417,4 +417,12 @@ again = study("stability", bar, *steps)
 check.that(rows("stable", "stability")[0] == row and again.status == 0, "it goes on from its table")
 listed = study("stability", bar, "--dry-run", "--basis", "linear,bspline3")
 check.that(listed.status == 0 and len(listed.out.split(" valid\n")) == 3, "--dry-run lists the methods")
+still = study("stability", bar, "-output_dir", "still", "--steps", "400", "--basis", "linear,bspline2", "-method_preset", "solid")
+table = check.rows("still/bar_stability.csv")
+check.that(
+    still.status == 0
+    and [(row["basis"], row["order"], row["table_rest"], row["crossing"]) for row in table] == [("linear", "2", "0.31", ""), ("bspline2", "2", "0.83", "")]
+    and all(abs(float(row[probe]) - float(row["table_rest"])) < 0.1 for row in table for probe in ("block", "disk")),
+    f"in the total frame: bounds at rest of bars, blocks and disks {[[row[probe] for probe in ('rest', 'block', 'disk')] for row in table]} {still.err}",
+)
 check.end()
