@@ -114,6 +114,9 @@ def read_end(times, soft, failed, softer):
 def static(words, processes):
     """Options of a scene, made static: if it is not, what belongs to motion in time stands aside, but for what is on the
     command line. Returns them and the names of what stands aside."""
+    typed = dict(zip(words, words[1:])).get("-method_time", "static")
+    if typed != "static":
+        raise Refused(f"-method_time {typed} does not apply: a limit is looked for with -method_time static")
     try:
         options = scene.database(words, processes)
     except Refused:  # words of statics alone, as -snes_max_it
@@ -297,6 +300,7 @@ class Limit:
         row = before.get(key)
         if row:
             row = {name: text if name in TEXTS else float(text or "nan") for name, text in row.items()}
+            self.study.say(f"known      grid {level + 1}: {row['holds']:.5g} holds, {row['fails']:.5g} does not ({row['ends']})")
             self.begin_at(row["factor"])
         else:
             self.runs, self.softer, self.ends, since = 0, math.nan, "", time.monotonic()
@@ -338,8 +342,8 @@ class Limit:
             if whole is not None:
                 say(f"           load {name} is {whole * last['factor']:.4g} N then")
         say(f"limit      {low:.4g} to {high:.4g}: {why}")
-        say("uncertain  that range is of the cells and of the bracket alone. That no equilibrium was found does not prove that there is none;")
-        say("           and a limit depends on the law: on its flow (dilation), and on a strength that is not that of the ground")
+        say("uncertain  this range is of the cells and of the bracket alone: not of the strength, the dilation and the shape of the scene. The body counts")
+        say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer)")
 
     def check_grids(self):
         self.each = []
