@@ -22,6 +22,7 @@ FAILED = r"no equilibrium was found at t=(\S+) s"
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
+REST = 1 / (math.sqrt(2) - 1)  # what finer grids change in all, over the last change, if the error is in proportion to sqrt(h)
 HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
@@ -78,11 +79,11 @@ def estimate(brackets):
         far, unsure = rest
         why = "extrapolated from the last three grids (Richardson)"
     else:
-        far, unsure = changes[-1], 0.0
+        far, unsure = changes[-1] * REST, 0.0
         why = (
-            "as if all finer grids together changed it as much as the last one did"
+            "as if the error fell with the square root of h; with three grids there is more to go by"
             if len(brackets) == 2
-            else "the changes from grid to grid do not fall: a guess, in which the next change is like the last"
+            else "the changes from grid to grid do not fall: a guess, as if the error fell with the square root of h"
         )
     ends = [last, last + far - unsure, last + far + unsure]
     return min(ends) - half, max(ends) + half, why
@@ -188,7 +189,7 @@ class Limit:
             say(f"note       of the scene these stand aside in statics: -{' -'.join(self.study.aside)}")
         if facts.basis in ("gimp", "linear"):
             say(f"note       {facts.basis} locks where volume is kept: the factor is too high, or there is none; leave out -method_basis")
-        axisymmetric = options.get("axisymmetric", "false") not in ("false", "0", "no")
+        axisymmetric = options.get("geometry") == "axisymmetric"
         for name, law in materials(options).items():
             if law == "druckerprager" and facts.dim == 2 and not axisymmetric and options.get(f"material_{name}_fit") != "plane_strain":
                 say(f"note       {name} is stronger in plane strain than its friction_angle says: give -material_{name}_fit plane_strain")
