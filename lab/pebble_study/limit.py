@@ -22,6 +22,7 @@ FAILED = r"no equilibrium was found at t=(\S+) s"
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
+REST = 1 / (math.sqrt(2) - 1)  # what finer grids change in all, over the last change, if the error is in proportion to sqrt(h)
 HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
@@ -78,11 +79,11 @@ def estimate(brackets):
         far, unsure = rest
         why = "extrapolated from the last three grids (Richardson)"
     else:
-        far, unsure = changes[-1], 0.0
+        far, unsure = changes[-1] * REST, 0.0
         why = (
-            "as if all finer grids together changed it as much as the last one did"
+            "as if the error fell with the square root of h; with three grids there is more to go by"
             if len(brackets) == 2
-            else "the changes from grid to grid do not fall: a guess, in which the next change is like the last"
+            else "the changes from grid to grid do not fall: a guess, as if the error fell with the square root of h"
         )
     ends = [last, last + far - unsure, last + far + unsure]
     return min(ends) - half, max(ends) + half, why
@@ -114,6 +115,9 @@ def read_end(times, soft, failed, softer):
 def static(words, processes):
     """Options of a scene, made static: if it is not, what belongs to motion in time stands aside, but for what is on the
     command line. Returns them and the names of what stands aside."""
+    typed = dict(zip(words, words[1:])).get("-method_time", "static")
+    if typed != "static":
+        raise Refused(f"-method_time {typed} does not apply: a limit is looked for with -method_time static")
     try:
         options = scene.database(words, processes)
     except Refused:  # words of statics alone, as -snes_max_it
@@ -185,7 +189,7 @@ class Limit:
             say(f"note       of the scene these stand aside in statics: -{' -'.join(self.study.aside)}")
         if facts.basis in ("gimp", "linear"):
             say(f"note       {facts.basis} locks where volume is kept: the factor is too high, or there is none; leave out -method_basis")
-        axisymmetric = options.get("axisymmetric", "false") not in ("false", "0", "no")
+        axisymmetric = options.get("geometry") == "axisymmetric"
         for name, law in materials(options).items():
             if law == "druckerprager" and facts.dim == 2 and not axisymmetric and options.get(f"material_{name}_fit") != "plane_strain":
                 say(f"note       {name} is stronger in plane strain than its friction_angle says: give -material_{name}_fit plane_strain")
@@ -297,6 +301,7 @@ class Limit:
         row = before.get(key)
         if row:
             row = {name: text if name in TEXTS else float(text or "nan") for name, text in row.items()}
+            self.study.say(f"known      grid {level + 1}: {row['holds']:.5g} holds, {row['fails']:.5g} does not ({row['ends']})")
             self.begin_at(row["factor"])
         else:
             self.runs, self.softer, self.ends, since = 0, math.nan, "", time.monotonic()
@@ -338,8 +343,8 @@ class Limit:
             if whole is not None:
                 say(f"           load {name} is {whole * last['factor']:.4g} N then")
         say(f"limit      {low:.4g} to {high:.4g}: {why}")
-        say("uncertain  that range is of the cells and of the bracket alone. That no equilibrium was found does not prove that there is none;")
-        say("           and a limit depends on the law: on its flow (dilation), and on a strength that is not that of the ground")
+        say("uncertain  this range is of the cells and of the bracket alone: not of the strength, the dilation and the shape of the scene. The body counts")
+        say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer)")
 
     def check_grids(self):
         self.each = []

@@ -120,7 +120,7 @@ PetscErrorCode MPMStaticResidual(SNES snes, Vec u, Vec r, void *ctx)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Forces(s, u, r, &all));
-  s->scale = PetscMax(s->scale, all);
+  s->scale = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

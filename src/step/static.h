@@ -27,7 +27,7 @@ struct MPMStatic {
   SNES       snes;
   Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant */
   Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
-  PetscReal  scale;     /* of the step: norm of the forces in equilibrium, N */
+  PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
   PetscReal  least;     /* N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
 
