@@ -24,7 +24,7 @@ import check
 import mpi
 
 words = check.arguments(__doc__, 1)
-SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(os.path.join(check.source, "options", "*.opts")))
+SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(check.scene("*")) if not check.is_static(path))  # test_static.py has those of statics
 WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"]}
 
 
