@@ -180,7 +180,9 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   PetscCall(KSPGetConvergedReason(ksp, &linear));
   (void)snprintf(why, sizeof why, "%s",
                  reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
-                 : reason == SNES_DIVERGED_LINEAR_SOLVE            ? KSPConvergedReasons[linear]
+                 : linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC
+                   ? "the tangent is indefinite; try -ksp_type gmres"
+                 : reason == SNES_DIVERGED_LINEAR_SOLVE ? KSPConvergedReasons[linear]
                                                                    : SNESConvergedReasons[reason]);
   if (reason == SNES_CONVERGED_ITERATING)
     (void)snprintf(core->stop, sizeof core->stop,

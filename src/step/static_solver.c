@@ -74,7 +74,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  direct = size == 1 && core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE;
+  direct = core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
   PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
@@ -88,7 +88,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
-  PetscCall(PCSetType(pc, direct ? PCLU : PCGAMG));
+  PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : PCGAMG));
   PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
   PetscCall(SNESSetFromOptions(s->snes));
   PetscFunctionReturn(PETSC_SUCCESS);
