@@ -151,10 +151,12 @@ PetscErrorCode MPMPointsOverlap(const MPMScene *, MPMCore *, MPMOptions);
    A fault is left in the options. Not collective. */
 PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 
-/* Rigid bodies (read_rigid.c): read one; make those of core, after the contacts; set their velocities of time t; refuse
+/* Rigid bodies (read_rigid.c): read one; make those of core, after the contacts; let planes of symmetry hold a free one, or refuse
+   it at a wall (hold_rigids.c); set their velocities of time t; refuse
    particles that start inside one. The last one is collective on core->comm. */
 PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
 PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
+void           MPMSceneHoldRigid(const MPMScene *, const MPMCore *, MPMOptions, const MPMBody *, MPMRigid *);
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *, PetscInt dim, PetscReal t, MPMRigid body[]);
 PetscErrorCode MPMSceneCheckInside(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal x[]);

@@ -297,7 +297,7 @@ static PetscReal AddTo(MPMRigid *rigid, PetscInt dim, const PetscReal x[], const
 static void Account(MPMCore *core, PetscBool advance)
 {
   const MPMContacts *c       = core->contacts;
-  const PetscBool    relaxes = MPMVolumesRelax(core);
+  const PetscBool    relaxes = core->volumes.sound > 0 ? PETSC_TRUE : PETSC_FALSE; /* with that term */
   PetscReal          work = 0, taken = 0, pushed = 0;
   PetscMPIInt        rank;
 
