@@ -253,6 +253,7 @@ ALONE = {
     "OMPI_MCA_btl": "self",
     "OMPI_MCA_ess_singleton_isolated": "1",
     "HWLOC_COMPONENTS": "no_os,stop",
+    "HWLOC_PLUGINS_PATH": "/nowhere",
 }
 
 

@@ -172,7 +172,7 @@ def parser_of():
     work.add_argument(
         "--preset",
         metavar="LIST",
-        help="values of -method_preset, each with its particles and, without --cfl, its -dt_cfl; or none (all)",
+        help="values of -method_preset, each with its particles and, without --cfl, its -dt_cfl; or none (all); without --basis, --update, --transfer and --ppc only two methods are beside them",
     )
     work.add_argument("--ppc", metavar="LIST", help="particles per cell and axis (the scene's)")
     work.add_argument("--cfl", metavar="LIST", help="values of -dt_cfl (the scene's)")

@@ -120,6 +120,12 @@ def scene(name):
     return os.path.join(source, "options", name + ".opts")
 
 
+def is_static(path):
+    """Whether a scene is of statics, whose bits are those of PETSc's solvers: they depend on its version, the compiler and the
+    number of processes, and no pool runs it."""
+    return b"\n-method_time static\n" in content(path)
+
+
 def folder(name):
     """An empty folder of this name."""
     shutil.rmtree(name, ignore_errors=True)

@@ -34,8 +34,8 @@ ENVIRONMENT = {
     "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMPI_MCA_btl_base_warn_component_unused": "0",
 }
-# Open MPI starts twice as fast where it does not look for networks. What it computes is the same.
-FAST = {"OMPI_MCA_pml": "ob1"}
+# Open MPI starts twice as fast where it does not look for networks and at the computer's parts. What it computes is the same.
+FAST = {"OMPI_MCA_pml": "ob1", "HWLOC_COMPONENTS": "no_os,stop", "HWLOC_PLUGINS_PATH": "/nowhere"}
 
 
 def members(session):
@@ -50,6 +50,16 @@ def members(session):
         if int(its) == session and state not in "ZX":
             found.append(int(pid))
     return found
+
+
+def left_of(first):
+    """The same of a run whose first process has ended; of a program alone, which starts none, its group tells that in less time."""
+    try:
+        if isinstance(first, Start):
+            os.killpg(first.pid, 0)
+    except ProcessLookupError:
+        return []
+    return members(first.pid)
 
 
 def rank_of(pid):
@@ -156,7 +166,7 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
                 status, said = TIMED_OUT, f"killed after {timeout} s\n"
             else:
                 patience = time.monotonic() + 3
-                while (left := members(first.pid)) and time.monotonic() < patience:
+                while (left := left_of(first)) and time.monotonic() < patience:
                     time.sleep(0.02)
                 if left:
                     status, said = LEFT_BEHIND, f"exit status {status}, but processes are left behind: {left}\n"

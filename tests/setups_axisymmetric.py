@@ -17,6 +17,9 @@ def round_scene(**more):
     return {key: value for key, value in scene.items() if value is not None}
 
 
+TOTAL = {"method_frame": "total"}
+
+
 def run_scene(name, scene, must=True, **more):
     """Runs it here; the results are name.csv and name.h5."""
     path = check.write(name + ".opts", [f"-{key} {value}" for key, value in scene.items()])
@@ -75,3 +78,22 @@ def lame(shape, n, **more):
         near = abs(R - radius) < 0.3
         result.append((radius, np.polyval(np.polyfit(R[near], u[near], 2), radius), exact(radius)))
     return result
+
+
+def drawn(inner, n, **more):
+    """A ball of radius 2, n cells for each unit of length, with a hole of radius `inner` or none, that is drawn to its centre by a
+    force k r per mass: the error of the displacement over the exact one, rms by volume. Inside, u = A r + B/r^2 + C r^3."""
+    E, nu, k, h = 1000, 0.3, 0.0175, 1 / n
+    lam, mu = E * nu / (1 + nu) / (1 - 2 * nu), E / 2 / (1 + nu)
+    C = k / (10 * (lam + 2 * mu))
+    free = [[3 * lam + 2 * mu, -4 * mu / r**3] for r in (inner or 1, 2)]  # no stress at a surface
+    free[0] = free[0] if inner else [0, 1]
+    A, B = np.linalg.solve(free, [-(5 * lam + 6 * mu) * C * r**2 for r in (inner, 2)])
+    shape = {"body_b_shape": "annulus", "body_b_inner_radius": inner} if inner else {"body_b_shape": "sphere"}
+    run_scene("drawn", round_scene(**{"grid_lower": "0,-2.5", "grid_upper": "2.5,2.5", "grid_h": f"{h},{h}", "body_b_center": "0,0", "body_b_radius": 2,
+                                      "body_b_lower": None, "body_b_upper": None, "material_m_model": "elastic", "material_m_rho": 1, "material_m_E": E,
+                                      "acceleration": f'"-{k}*X*min(1,t/0.3),-{k}*Y*min(1,t/0.3)"', "time_end": 1.5, "damping_time": 0.05, **shape, **more}))
+    X, x = (check.particles("drawn.h5", which, ("x",))["x"][:, :2] for which in (0, -1))
+    R = np.hypot(*X.T)
+    u, exact = ((x - X) * X).sum(1) / R, A * R + B / R**2 + C * R**3
+    return math.sqrt(np.average((u - exact)**2, weights=X[:, 0]) / np.average(exact**2, weights=X[:, 0]))

@@ -1,9 +1,9 @@
 """Bodies of revolution (-geometry axisymmetric) against what is exact: a uniform expansion with every basis, update and
 transfer; the mass of balls and of lattices that do not fit; breathing cylinders and balls; a rod under a piston, with the
 forces of a full turn; thick tube and sphere under pressure; a plane far from the axis; the energy. The same bits on any number
-of processes, in the pool and after a restart. verify_axisymmetric.py goes further.
+of processes, in the pool, after a restart and after steps that were undone. Both frames. verify_axisymmetric.py goes further.
 
-usage: test_axisymmetric.py PEBBLE SOURCE MPIEXEC
+usage: test_axisymmetric.py PEBBLE SOURCE MPIEXEC [PART...]   (parts: the functions check_<part>; default: all)
 """
 import itertools
 import math
@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 import check
-from setups_axisymmetric import MODES, breathing, lame, round_scene, run_scene
+from setups_axisymmetric import MODES, TOTAL, breathing, lame, round_scene, run_scene
 
-check.arguments(__doc__, 0)
+parts = check.arguments(__doc__, None)
 BASES = ("linear", "gimp", "bspline2", "bspline3")
 METHODS = list(itertools.product(("usl", "musl", "usf"), ("flip", "apic", "aflip", "xpic", "afmpm")))
 
@@ -41,6 +41,10 @@ def check_expansion():
     for basis, update in itertools.product(("gimp", "bspline2", "bspline3"), ("usl", "musl")):
         found = expansion(method(basis, update, "flip"), 4, 1e6)
         check.that(found < 1e-9, f"expansion: F and v after 4 steps of {basis}, {update}, to {found:.1e}")
+    ways = [{"method_basis": basis, "body_b_offset": f"{offset},0"} for basis in BASES for offset in (0, 0.03)]
+    ways += [{"method_mass_order": 1}, {"method_mass_order": 3}, {"method_locking": "fbar"}, {"method_damping_rate": 0.25}, {"material_m_model": "elastic"}]
+    worst = max((expansion({**TOTAL, **way}, 4, 1e6), str(way)) for way in ways)
+    check.that(worst[0] < 1e-12, f"expansion: F and v after 4 steps of the total frame to {worst[0]:.1e} ({worst[1]})")
 
 
 def check_masses():
@@ -57,26 +61,31 @@ def check_masses():
                                   body_b_radius=0.75, body_b_lower=None, body_b_upper=None, time_max_steps=0))
     mass = check.history("mass.csv")["mass"][0] / (1000 * 4 / 3 * math.pi * 0.75**3)
     check.that(abs(mass - 1) < 2e-3, f"mass of a ball: {mass:.5f} of the exact one")
+    for (radius, exact, most), way in itertools.product(((0, 4 / 3 * 0.4, 8e-3), (1, 2 * math.pi, 1e-3)), ({"method_rim": "cut"}, {**TOTAL, "body_b_offset": "0.02,0.01"})):
+        run_scene("mass", round_scene(body_b_shape="sphere", body_b_center=f"{radius},1", body_b_radius=0.4, body_b_lower=None, body_b_upper=None, time_max_steps=0, **way))
+        mass = check.history("mass.csv")["mass"][0] / (1000 * math.pi * 0.4**2 * exact)
+        check.that(abs(mass - 1) < most, f"mass of a {'ring' if radius else 'ball'} with cut places, {way}: {mass:.6f} of the exact one")
 
 
 def check_modes():
     for (shape, nu), k in MODES.items():
-        off, energy, rest = breathing(shape, nu, 16)
-        check.that(abs(off) < 0.01, f"breathing {shape}, nu {nu}: frequency {100 * off:+.2f} % off k R = {k}, 16 cells")
-        check.that(abs(energy - 1) < 0.03, f"breathing {shape}, nu {nu}: energy {energy:.4f} of the start after 3 periods")
+        for frame, most in (({}, 0.01), (TOTAL, 0.001)):
+            off, energy, rest = breathing(shape, nu, 16, **frame)
+            check.that(abs(off) < most, f"breathing {shape}, nu {nu}, {frame}: frequency {100 * off:+.3f} % off k R = {k}, 16 cells")
+            check.that(abs(energy - 1) < 0.03, f"breathing {shape}, nu {nu}, {frame}: energy {energy:.4f} of the start after 3 periods")
 
 
 def check_energy():
     """What remains of the balance falls with dt, also with plastic flow and F-bar."""
-    for what, more in {"elastic": {}, "plastic": {"material_m_model": "vonmises", "material_m_yield": 2e4, "method_locking": "fbar"}}.items():
+    plastic = {"material_m_model": "vonmises", "material_m_yield": 2e4, "method_locking": "fbar"}
+    for what, more in itertools.product((method("bspline2", "musl", "flip"), TOTAL), ({}, {"method_locking": "fbar"}, plastic)):
         left = []
         for dt in (4e-4, 1e-4):
             run_scene("energy", round_scene(grid_upper="2,1.5", body_b_upper="1,1", body_b_velocity="2*x*(1-x/2),-y", bc_ymin_type="slip",
-                                            dt_size=dt, time_end=0.04, history_energy="true", method_basis="bspline2", method_update="musl",
-                                            method_transfer="flip", **more))
+                                            dt_size=dt, time_end=0.04, history_energy="true", **what, **more))
             rows = check.history("energy.csv")
             left.append(abs(rows["energy_integration"]).max() / rows["total_energy"].max())
-        check.that(left[1] < 0.4 * left[0] and left[1] < 0.01, f"energy, {what}: {left[0]:.2e} and {left[1]:.2e} of it remain at dt and dt/4")
+        check.that(left[1] < 0.4 * left[0] and left[1] < 0.01, f"energy, {what}, {more}: {left[0]:.2e} and {left[1]:.2e} of it remain at dt and dt/4")
 
 
 def check_piston():
@@ -100,9 +109,9 @@ def check_piston():
 
 
 def check_lame():
-    for shape, allowed in (("tube", 0.006), ("sphere", 0.04)):
-        for radius, found, exact in lame(shape, 8):
-            check.that(abs(found / exact - 1) < allowed, f"{shape} under pressure: u({radius}) = {found:.4e}, exactly {exact:.4e}")
+    for shape, frame, allowed in (("tube", {}, 0.006), ("sphere", {}, 0.04), ("tube", TOTAL, 0.004), ("sphere", TOTAL, 0.02)):
+        for radius, found, exact in lame(shape, 8, **frame):
+            check.that(abs(found / exact - 1) < allowed, f"{shape} under pressure, {frame}: u({radius}) = {found:.4e}, exactly {exact:.4e}")
 
 
 def check_water():
@@ -121,17 +130,46 @@ def check_water():
     check.that(abs(force - 1) < 1e-4, f"water in a round tank: force on the foot {force:.6f} of the weight")
 
 
+def check_ground():
+    """What starts with the stress due to its weight has the horizontal one around the axis too, and rests as in a plane."""
+    soil = {"material_m_model": "druckerprager", "material_m_rho": 2000, "material_m_friction_angle": 30}
+    laws = {"elastic": {"material_m_model": "elastic"}, "neohookean": {"material_m_k0": 0.7}, "soil": soil, "soil, gimp": {**soil, **method("gimp", "musl", "flip")},
+            "fluid": {"material_m_model": "fluid", "material_m_E": None, "material_m_nu": None, "material_m_K": 2e6},
+            "formula": {"initial_stress": '"-9e3*(1-y),0,-9810*(1-y),-9e3*(1-y)"'}}
+    ratios = dict(zip(laws, (0.3 / 0.7, 0.7, 0.5, 0.5, 1, 9 / 9.81)))
+    for law, more in laws.items():
+        lines = round_scene(**{"grid_upper": "1,1.5", "bc_xmax_type": "slip", "bc_ymin_type": "slip", "gravity": "0,-9.81", "material_m_E": 1e7, "initial_stress": "k0",
+                               "time_end": 0.1, **more})
+        moved = []
+        for place in ({"geometry": "plane_strain", "bc_xmin_type": "slip"}, {}):
+            if law != "formula" or not place:
+                runs = [run_scene("ground", {**lines, **place}, n=n).digest for n in (1, 3)]
+                start, end = (check.particles("ground.h5", which, ("x", "stress")) for which in (0, -1))
+                moved.append(abs(end["x"] - start["x"]).max())
+        stress = start["stress"].reshape(-1, 9)
+        off = abs(stress[:, [0, 8]] / stress[:, [4]] / ratios[law] - 1).max()
+        check.that(off < 5e-3 and runs[0] == runs[1], f"ground, {law}: horizontal stress and that around the axis to {off:.1e}, one digest")
+        check.that(moved[-1] < 1e-12 if "gimp" in law else moved[-1] < 1e-5 if law == "formula" else moved[1] < (100 if law == "fluid" else 3) * moved[0],
+                   f"ground, {law}: it moves by {moved[-1]:.1e} m, in a plane by {moved[0]:.1e} m")
+    told = run_scene("ground", {**lines, **TOTAL}, must=False)
+    check.that("-initial_stress does not apply with -method_frame total: particles are undeformed at the start" in told.said, "ground: not in the total frame")
+
+
 def check_plane():
     """Far from the axis it is plane strain: a block that hits a wall with friction, with every transfer."""
-    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "xpic"), ("musl", "afmpm")):
+    ways = [method("bspline2", update, transfer) for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "xpic"), ("musl", "afmpm"))]
+    hits = {"body_b_velocity": "1,-2", "bc_ymin_type": "friction", "bc_ymin_mu": 0.3}
+    held = {"body_b_velocity": '"1-2*y,sin(3*y)"', "bc_ymin_type": "fixed", "body_b_shape": "polygon"}
+    for way in [{**hits, **way} for way in ways] + [{**held, **TOTAL}]:
         places = []
         for far, geometry in ((0, "plane_strain"), (1e5, "axisymmetric")):
-            run_scene("plane", round_scene(geometry=geometry, grid_lower=f"{far},0", grid_upper=f"{far + 2},2", body_b_lower=f"{far + 0.5},0.25",
-                                           body_b_upper=f"{far + 1.5},1", body_b_velocity="1,-2", bc_ymin_type="friction", bc_ymin_mu=0.3, time_end=0.05,
-                                           **method("bspline2", update, transfer)))
+            box = {"body_b_lower": f"{far + 0.5},0.25", "body_b_upper": f"{far + 1.5},1"}
+            if "body_b_shape" in way:
+                box = {"body_b_lower": None, "body_b_upper": None, "body_b_vertices": f"{far + 0.513},0,{far + 1.487},0,{far + 1.187},0.91"}
+            run_scene("plane", round_scene(geometry=geometry, grid_lower=f"{far},0", grid_upper=f"{far + 2},2", time_end=0.05, **{**way, **box}))
             places.append(check.particles("plane.h5", -1, ("x",))["x"][:, :2] - [far, 0])
         off = abs(places[1] - places[0]).max()
-        check.that(off < 2e-5, f"far from the axis, {update} {transfer}: places differ from plane strain by {off:.1e} m")
+        check.that(off < 2e-5, f"far from the axis, {way}: places differ from plane strain by {off:.1e} m")
 
 
 def check_bits():
@@ -152,6 +190,36 @@ def check_bits():
         check.that(len(set(digests.values())) == 1 and None not in digests.values(), f"{law}: digests {digests}")
 
 
+def check_bits_total():
+    """The same of the total frame, with a history of walls and energy; and when steps were undone."""
+    ball = {"grid_lower": "0,-1.25", "grid_upper": "1.5,1.5", "body_b_shape": "sphere", "body_b_center": "0,0", "body_b_radius": 1, "body_b_lower": None, "body_b_upper": None,
+            "loads": "p", "load_p_body": "b", "load_p_type": "pressure", "load_p_value": '"1e4*t"', "acceleration": '"-3*X,-10"'}
+    ring = {"grid_lower": "0.5,0", "grid_upper": "2.5,1.5", "body_b_shape": "annulus", "body_b_center": "1.5,0.5", "body_b_inner_radius": 0.2, "body_b_radius": 0.5,
+            "body_b_lower": None, "body_b_upper": None, "bc_ymin_type": "fixed", "gravity": "0,-10"}
+    metal = {"material_m_model": "vonmises", "material_m_yield": 2e4, "bc_ymin_type": "slip", "bc_ymax_type": "moving", "bc_ymax_velocity": '"0,0-sin(9*t)"', "grid_upper": "1.5,1",
+             "damping_time": 0.2}
+    for what, more in {"ball": ball, "ring": ring, "metal": metal}.items():
+        walls = {"history_walls": "all"} if what != "ball" else {}
+        lines = round_scene(**{**TOTAL, "body_b_velocity": "x,1-2*y", "time_end": 0.1, "history_energy": "true", **walls, **more})
+        whole = run_scene("bits", lines)
+        check.fault(None if what != "metal" or "-method_locking fbar" in whole.out else "metals have no F-bar")
+        digests, histories = {"1": whole.digest}, {check.content("bits.csv")}
+        for n in (2, 3, 4):
+            digests[str(n)] = run_scene("bits", lines, n=n).digest
+            histories.add(check.content("bits.csv"))
+        digests["pool"] = run_scene("bits", {**lines, "parallel_strategy": "pool", "pool_cells": "8"}, n=3).digest
+        histories.add(check.content("bits.csv"))
+        digests["solid"] = run_scene("bits", {"method_preset": "solid", **{key: value for key, value in lines.items() if key != "method_frame"}}).digest
+        digests["narrow"] = run_scene("bits", lines, lanes=2).digest
+        steps = int(check.history("bits.csv")["step"][-1])
+        run_scene("bits", {**lines, "time_max_steps": steps // 2, "checkpoint_every": 1e9}, n=3)
+        digests["restart"] = run_scene("bits", {**lines, "restart_file": "latest", "checkpoint_every": 1e9}, n=2).digest
+        histories.add(check.content("bits.csv"))
+        check.that(len(set(digests.values())) == 1 and None not in digests.values() and len(histories) == 1, f"total frame, {what}: one history, digests {digests}")
+        undone = [run_scene("bits", {**lines, "check_state": "retry", "dt_cfl": 1.9, "time_max_steps": 20}, n=n) for n in (1, 3)]
+        check.that("tries were undone" in undone[0].out and undone[0].digest == undone[1].digest, f"total frame, {what}: retry, one digest")
+
+
 def check_file():
     check.write("p.csv", "x,y,volume\n0.5,0.5,0.01\n")
     told = run_scene("file", round_scene(body_b_shape="file", body_b_file="p.csv", body_b_lower=None, body_b_upper=None), must=False)
@@ -159,14 +227,6 @@ def check_file():
                f"particles from a file: {told.lines}")
 
 
-check_expansion()
-check_masses()
-check_modes()
-check_energy()
-check_piston()
-check_lame()
-check_water()
-check_plane()
-check_bits()
-check_file()
+for part in parts or [name[6:] for name in list(globals()) if name.startswith("check_")]:
+    globals()["check_" + part]()
 check.end()

@@ -240,4 +240,11 @@ line = re.search(r"linear with usf and flip amplifies noise where particles cros
 cured = run("bar", *drift, "-time_end", "400", *(line[2].split() if line else []))
 grown = [check.history(f"{told.folder}/bar.csv")["strain_energy"].max() / 1.6e-11 for told in (few, many, cured)]
 check.that(line and not re.search(noise, few.out) and grown[0] < 10 < grown[1] and grown[2] < 10, f"noise in 300 steps, 1000, and with the remedy, in energies of its start: {grown}; {line and line[0]}")
+above = ["-method_basis", "gimp", "-method_update", "musl", "-method_transfer", "apic", "-dt_size", "0.55"]
+few, many = run("bar", *above, "-time_end", "27.5"), run("bar", *above, "-time_end", "1100")
+line = re.search(r"gimp with musl and apic amplifies noise where particles cross cells if dt is above 0.3 h/c \(here 0.55\), at the fastest tenfold in 52 of the 2000 steps; use (.*?) or -dt_size auto -dt_cfl 0.25", many.out)
+cured = run("bar", *above, *(line[1].split() if line else []), "-time_end", "1100")
+grown = [check.history(f"{told.folder}/bar.csv")["strain_energy"].max() / 1.6e-11 for told in (few, many, cured)]
+check.that(line and not re.search(noise, few.out) and grown[0] < 10 < grown[1] and not re.search(noise, cured.out) and grown[2] < 10,
+           f"noise of a method above its bound in 50 steps, 2000, and with the remedy, in energies of its start: {grown}; {line and line[0]}")
 check.end()

@@ -24,7 +24,7 @@ import check
 import mpi
 
 words = check.arguments(__doc__, 1)
-SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(os.path.join(check.source, "options", "*.opts")))
+SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(check.scene("*")) if not check.is_static(path))  # test_static.py has those of statics
 WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"]}
 
 
@@ -99,8 +99,9 @@ def every(scene, steps, more):
 
 
 def scenes():
-    """Each scene on two ways to run, which differ from scene to scene."""
-    ways = itertools.cycle([(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("pool", "pool"), ("pool", 2), (3, "pool")])
+    """Each scene, and every other one by two ways to run, which differ from scene to scene; counts has all with all."""
+    pairs = [(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("pool", "pool"), ("pool", 2), (3, "pool")]
+    ways = itertools.cycle(way for pair in pairs for way in (pair, (1, 1)))
     jobs = [(scene, 12 if scene.endswith("3d") else 30, [7 if scene.endswith("3d") else 13], way)
             for scene, way in zip(SCENES, ways)]
     check.at_once(lambda job: stop_and_go(*job), jobs)

@@ -134,9 +134,20 @@ def check_falls():
     done = check.must("-options_file", check.scene("roll"), *QUIET, "-output_name", "roll", "-history_energy")
     found = check.history("output/roll.csv")
     energy = found["total_energy"][-1]
-    off = np.abs(found["energy_integration"]).max() / energy
+    off, rise = np.abs(found["energy_integration"]).max() / energy, np.diff(found["energy_friction"]).max()
+    check.that(rise <= 0, f"a disk rolls down elastic ground: friction takes {-found['energy_friction'][-1]:.1f} J of {energy:.0f}, and between two lines gives {rise:.1e} J at most")
     check.that(off < 0.002 and found["rigid_kinetic_energy"][-1] > 0.99 * energy and "energy_rigid" not in found and done.find(r", of free rigid bodies 0 -> (6\d+\.\d+) J, total"),
                f"a disk rolls down elastic ground: {off:.5f} of its energy are not explained")
+
+
+def check_floats():
+    """What a box that floats takes of the energy by friction never comes back; the push out of it counts with the volumes."""
+    lines = grid([0, 0], [2, 1.5], 0.1) + ["-gravity 0,-10", "-bodies pool,b", "-materials w", "-material_w_model fluid", "-material_w_rho 1000", "-material_w_K 1e6", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin")),
+                                           *box("pool", [0, 0], [2, 0.8], "material w", "cut b"), *box("b", [0.8, 0.4], [1.2, 0.8], "rigid free", "rho 500", "mu 0"), "-time_end 1", "-history_energy", "-history_every 0.01"]
+    for update, transfer, most in (("usl", "aflip", 0.04), ("musl", "flip", 0.08)):
+        found, _ = run("floats", lines, "-method_update", update, "-method_transfer", transfer, "-material_w_relaxation", 1)
+        rise, off = np.diff(found["energy_friction"]).max(), np.abs(found["energy_integration"]).max() / found["external_work"].max()
+        check.that(rise <= 0 and found["energy_friction"][-1] < 0 and off < most, f"a rigid box floats, {update}: friction takes {-found['energy_friction'][-1]:.2f} J and gives {rise:.1e} J at most between two lines; {off:.3f} of the work is not explained")
 
 
 def check_rolls():
@@ -172,6 +183,25 @@ def check_strikes():
         p = np.array([found["momentum_block_" + axis] + mass * found["velocity_disk_" + axis] for axis in "xy"])
         off, given = np.abs(p - p[:, :1]).max() / p[0, 0], found["momentum_block_x"][-1] / p[0, 0]
         check.that(off < 1e-12 and given > 0.6, f"a free disk strikes a block, {update} {transfer}: it gives {given:.3f} of its momentum, the sum changes by {off:.0e}")
+
+
+def check_symmetric():
+    """Planes of symmetry through a free body: what is in the grid moves as in the whole scene, in 2-D on one plane, in 3-D on two, and
+    in 3-D about the normal of one. Linear functions alone are mirrored exactly there."""
+    for dim, planes, spin in ((2, 1, 0), (3, 2, 0), (3, 1, 2)):
+        found = []
+        for whole in (True, False):
+            lower = [-0.6 if whole or d >= planes else 0 for d in range(dim - 1)] + [0]
+            pads = [[f"-bc_{'xyz'[d]}{side}_type slip" for side in ("min", "max")] for d in range(dim - 1)]
+            lines = grid(lower, [0.6] * (dim - 1) + [1.2], 0.1) + SOFT + ["-bodies block,ball", *box("block", lower, [0.6] * (dim - 1) + [0.4], "material m", "ppc " + ",".join("2" * dim)), *sum(pads, []), f"-bc_{'xyz'[dim - 1]}min_type fixed",
+                     "-gravity " + words([0] * (dim - 1) + [-10]), "-time_end 0.1", "-body_ball_rigid free", "-body_ball_shape sphere", "-body_ball_center " + words([0] * (dim - 1) + [0.71]), "-body_ball_radius 0.3",
+                     "-body_ball_rho 3000", "-body_ball_mu 0.3", "-body_ball_velocity " + words([0] * (dim - 2) + ([0.2, -1] if spin else [0, -1])), *(["-body_ball_spin 2,0,0"] if spin else [])]
+            found.append(run("symmetric", lines, "-history_energy", "-dt_size", 5e-4, *"-method_basis linear -method_update musl -method_transfer flip".split())[0])
+        up, mass = "xyz"[dim - 1], 2 ** planes
+        off = max(np.abs(found[0][key] - found[1][key]).max() for key in [f"pivot_ball_{axis}" for axis in "xyz"[:dim]] + [f"velocity_ball_{axis}" for axis in "xyz"[:dim]] + [f"spin_ball_{axis}" for axis in "xyz" if f"spin_ball_{axis}" in found[0]])
+        push, energy = (np.abs(found[0][key] - mass * found[1][key]).max() / np.abs(found[0][key]).max() for key in ("reaction_ball_" + up, "rigid_kinetic_energy"))
+        check.that(off < 1e-7 and push < 1e-7 and energy < 1e-7 and np.abs(found[0]["reaction_ball_" + up]).max() > 100,
+                   f"planes of symmetry, {planes} in {dim}-D: a free ball {'that spins ' * (spin > 0)}moves as in the whole scene to {off:.0e}, pushes 1/{mass} of it to {push:.0e}, its energy to {energy:.0e}")
 
 
 def check_ends():
@@ -315,6 +345,7 @@ check_spin()
 check_energy()
 check_friction()
 check_falls()
+check_floats()
 check_grip()
 check_couette()
 check_thin()
@@ -322,6 +353,7 @@ check_paths()
 check_rolls()
 check_box()
 check_strikes()
+check_symmetric()
 check_ends()
 check_many()
 check_equal()

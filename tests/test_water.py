@@ -2,8 +2,8 @@
 
 usage: test_water.py PEBBLE SOURCE MPIEXEC [WORDS]
 
-WORDS: some, rest, rest_all, bits, or all [CELLS...]: each scene with all presets on grids of so many cells in a metre, and in 3-D;
-with 80 cells only balanced.
+WORDS: some, rest, rest_others, bits; most: each scene on 40 cells in a metre and in 3-D, and each preset, by turns; or all [CELLS...]:
+each scene with all presets on grids of so many cells, and in 3-D; with 80 cells only balanced.
 """
 import glob
 import math
@@ -89,12 +89,13 @@ def level_of(words, name):
     return h["center_b_y"][-1] / h["center_b_y"][0], h["kinetic_energy"].max() / h["strain_energy"][0]
 
 
-def check_rest(every):
+def check_rest(others):
     """What starts at rest stays at rest as without relaxation, for any basis, height and number of particles."""
-    for upper in (0.487, 0.5)[:2 if every else 1]:
+    methods = ("", "-method_preset fast", "-method_preset accurate", "-method_preset energy", "-method_basis linear", "-method_basis gimp -method_gimp_update none", "-body_b_ppc 3,3",
+               "-bc_ymin_type separate", "-bc_xmin_type periodic -bc_xmax_type periodic", "-material_m_eos tait -material_m_tait_gamma 7")
+    for upper, some in ((0.487, methods[1::2]), (0.5, methods)) if others else ((0.487, methods[::2]),):
         path = check.write("still.opts", [*tank(20, "slip", *box([0, 0], [1, upper])), "-initial_stress k0", "-time_end 2"])
-        for more in ("", "-method_preset fast", "-method_preset accurate", "-method_preset energy", "-method_basis linear", "-method_basis gimp -method_gimp_update none", "-body_b_ppc 3,3",
-                     "-bc_ymin_type separate", "-bc_xmin_type periodic -bc_xmax_type periodic", "-material_m_eos tait -material_m_tait_gamma 7")[::1 if every else 2]:
+        for more in some:
             words = ["-options_file", path, *more.split()]
             (level, moves), (plain, moved) = level_of(words, "still"), level_of([*words, "-material_m_relaxation", 0], "plain")
             cut = upper * 40 % 1 > 0  # the uppermost particles lie off the lattice: the density that the grid sees is a little off there
@@ -153,12 +154,23 @@ def check_bits():
 if words[0] == "some":
     for scene in list(SCENES)[:3]:
         splash(scene, 20)
-elif words[0] in ("rest", "rest_all"):
-    check_rest(words[0] == "rest_all")
+elif words[0] == "rest":
+    check_rest(False)
     check_layers()
     check_sound()
+elif words[0] == "rest_others":
+    check_rest(True)
 elif words[0] == "bits":
     check_bits()
+elif words[0] == "most":
+    flat, deep = list(SCENES)[:3], list(SCENES)[3]
+    for preset in ("fast", "accurate", "energy"):
+        for scene in flat:
+            splash(scene, 20, "-method_preset", preset)
+    for scene, preset in [(scene, "balanced") for scene in flat] + list(zip(flat, ("fast", "energy", "accurate"))):
+        splash(scene, 40, "-method_preset", preset)
+    for preset in ("balanced", "fast"):
+        splash(deep, 20, "-method_preset", preset)
 elif words[0] == "all":
     for cells in words[1:]:
         for preset in ("balanced", "fast", "accurate", "energy")[:1 if cells == "80" else 4]: # 80 cells take minutes

@@ -1370,6 +1370,31 @@ static int Again(const MPMTransfer *transfer)
   return 0;
 }
 
+/* Was a phase tested that differs in its name at most, in this dimension and basis and with these walls? Many programs
+   have the same. */
+static int Tested(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase *phase)
+{
+  static struct {
+    PetscInt  what[12];
+    PetscReal share;
+  } tested[128];
+  static int      ntested, place = -1;
+  const MPMNeeds *needs    = &core.needs;
+  const PetscInt  what[12] = {phase->kind,   phase->parts,    phase->particles_in, phase->particles_out,
+                              needs->affine, needs->forced,   needs->stretched,    needs->residual,
+                              needs->barred, core.params.order};
+  const int       here     = (dim * 8 + (int)basis) * 8 + (int)wall;
+
+  if (place != here) ntested = 0;
+  place = here;
+  for (int k = 0; k < ntested; k++)
+    if (!memcmp(tested[k].what, what, sizeof what) && tested[k].share == phase->share) return 1;
+  CHECK(ntested < 128);
+  memcpy(tested[ntested].what, what, sizeof what);
+  tested[ntested++].share = phase->share;
+  return 0;
+}
+
 /* Every phase of the program of a scheme and a transfer; forced: with body forces; stretched: cpGIMP. */
 static PetscErrorCode TestMethod(int dim, MPMBasis basis, MPMWallBasis wall, const MPMMethod *m, PetscBool forced,
                                  PetscBool stretched)
@@ -1384,12 +1409,9 @@ static PetscErrorCode TestMethod(int dim, MPMBasis basis, MPMWallBasis wall, con
   PetscCall(MPMStepSetUp(&core, m));
   snprintf(method, sizeof method, "%s %s%s%s", m->scheme->name, m->transfer->name, forced ? " with forces" : "",
            stretched ? " cpgimp" : "");
-  for (PetscInt k = 0; k < core.nprogram; k++) {
-    PetscInt same = 0;
-
-    while (same < k && core.program[same] != core.program[k]) same++;
-    if (same == k && core.program[k]->kind != MPM_NODES) TestPhase(dim, basis, wall, core.program[k], method);
-  }
+  for (PetscInt k = 0; k < core.nprogram; k++)
+    if (core.program[k]->kind != MPM_NODES && !Tested(dim, basis, wall, core.program[k]))
+      TestPhase(dim, basis, wall, core.program[k], method);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

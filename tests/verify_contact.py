@@ -143,6 +143,14 @@ def slope(how):
                     row(abs(way / exact - 1) <= 0.03, name, f"way {way:.4f}, off {way / exact - 1:+.4f}", f"{exact:.4f}", "3 %")
                 else:
                     row(abs(way) <= 3e-3 * free, name, f"way {way:.5f}, {way / free:.4f} of the free one", "0", "3e-3 of the free one, elastic")
+    for tilt, h in [(tilt, h) for tilt in (0, 17) for h in (1 / 8, 1 / 16)] if how == "all" else []:
+        ways = []
+        for E in (1e7, 1e8):
+            found = simulate("stiff", slope_scene(h, 0.3, tilt, material_m_E=E, material_f_E=E))
+            x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
+            ways.append(((x[-1] - x[0]) @ frame(tilt)[0]) / (10 * ramped_motion(found["time"][-1])[1] * (0.5 - 0.3 * math.sqrt(0.75))) - 1)
+        row(abs(ways[1]) <= 5e-4 and abs(ways[1]) < 0.2 * abs(ways[0]), f"block on a slope, floor at {tilt}, ten times as stiff, H/h {0.5 / h:.0f}",
+            f"off {ways[1]:+.5f} (before {ways[0]:+.5f})", "0", "5e-4: the error is the elastic displacement")
 
 
 # ---- A disk or ball that rolls down a slope of 45 degrees.
@@ -223,11 +231,21 @@ def hertz(how):
     b, stiff = 0.125, 1 / (0.91 + 0.91 / 4)
     force = b * b * math.pi * stiff / 4
     p0 = 2 * force / (math.pi * b)
+    found = {}
     for tilt in (0, 17):
         for h in grids((1 / 16, 1 / 24, 1 / 32), how):
             simulate(f"hertz{tilt}-{round(1 / h)}", hertz_scene(h, tilt, force / math.pi))
             plate, disk = (value / p0 for value in axis_stress(f"hertz{tilt}-{round(1 / h)}", h, tilt, b))
+            found[tilt, h] = (plate, disk)
             row(abs(plate - 1) <= 0.1 and abs(disk - 1) <= 0.1, f"Hertz, plate at {tilt}, {2 * b / h:.0f} cells in the width", f"p0 of plate {plate:.3f}, of disk {disk:.3f}", "1", "10 %")
+    if how != "all":
+        return
+    last = (1, 1)  # Hertz is exact for b/R -> 0: beyond 1/16 and 1/8 with as many cells in b, on a line
+    for h in (1 / 16, 1 / 24, 1 / 32):
+        simulate("hertz_half", hertz_scene(h / 2, 0, force / (4 * math.pi)))
+        off = [abs(2 * 2 * value / p0 - whole - 1) for value, whole in zip(axis_stress("hertz_half", h / 2, 0, b / 2), found[0, h])]
+        row(off[0] < last[0] and off[1] < last[1] and max(off) < 0.035, f"Hertz, b/R to 0, {2 * b / h:.0f} cells in the width", f"p0 off by {off[0]:.4f} in the plate, {off[1]:.4f} in the disk", "0", "falls")
+        last = off
 
 
 # ---- Two disks collide.
@@ -265,9 +283,9 @@ def disks(how):
             touch = (0.594 - (math.sqrt(0.16 - offset ** 2))) / 0.28284
             kept = [(one["kinetic_energy"] + one["strain_energy"])[-1] / one["kinetic_energy"][0] for one in (found, plain)]
             energies.setdefault(name, []).append(kept[0])
-            row(lost < 1e-12 and turn < 0.02 and -0.01 <= start - touch <= 0.35 / cells / 0.28284 + 0.02 and kept[0] <= 1,
+            row(lost < 1e-13 and turn < 0.02 and -0.01 <= start - touch <= 0.35 / cells / 0.28284 + 0.02 and kept[0] <= 1,
                 f"disks {name}, {cells} cells", f"p {lost:.0e} L {turn:.0e} touch {start:.3f} energy {kept[0]:.3f} ({kept[1]:.3f} without)",
-                f"0, 0, {touch:.3f}, 1", "1e-12, 0.02, +h/3")
+                f"0, 0, {touch:.3f}, 1", "1e-13, 0.02, +h/3")
     for name, kept in energies.items():
         row(kept[0] >= 0.56 and all(b > a for a, b in zip(kept, kept[1:])), f"disks {name}: energy that is lost falls", " ".join(f"{1 - e:.3f}" for e in kept), "0", "0.44, falls")
 
@@ -360,17 +378,18 @@ def methods(how):
         all_p = 2 * found["mass_a"][0] * 0.14142
         lost = max(np.abs(found[f"momentum_{axis}"]).max() for axis in "xy") / all_p
         energy = found["total_energy"].max() / found["total_energy"][0]
-        row(lost < 1e-12 and energy < 1.01, f"disks at an offset, {basis} {update} {transfer}",
-            f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-12, 1.01")
+        row(lost < 1e-13 and energy < 1.01, f"disks at an offset, {basis} {update} {transfer}",
+            f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-13, 1.01")
 
 
-# ---- A rigid strip footing is pushed into clay without weight, then lifted: its load at the limit is (2 + pi) c, rough and smooth.
+# ---- A rigid strip footing is pushed into clay without weight by 2 % of its width, then lifted: its load at the limit is (2 + pi) c,
+# rough and smooth. Pushed farther it bears more; on coarse grids F-bar creeps, so slower it bears less, and without F-bar it locks.
 def footing_scene(n, mu, c=1e4, **more):
     return {"dim": 2, "geometry": "plane_strain", "grid_lower": "1,0.75", "grid_upper": "5,2.5", "grid_h": f"{1 / n},{1 / n}", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
             "bc_ymin_type": "fixed", "materials": "clay", "material_clay_model": "vonmises", "material_clay_rho": 1800, "material_clay_E": 500 * c, "material_clay_nu": 0.45,
             "material_clay_yield": c * math.sqrt(3), "bodies": "ground,footing", **body("ground", "clay", "box", lower="1,0.75", upper="5,2"), "body_footing_rigid": "moving",
             "body_footing_shape": "box", "body_footing_lower": "2.5,2", "body_footing_upper": "3.5,2.375", "body_footing_mu": mu,
-            "body_footing_velocity": '"0,(t<1.2?-0.025*(1-cos(2*pi*t/1.2)):0.05*(1-cos(2*pi*(t-1.2)/0.8)))"', "time_end": 1.8, "history_bodies": "footing",
+            "body_footing_velocity": '"0,(t<1.4?-0.02/1.4*(1-cos(2*pi*t/1.4)):0.05*(1-cos(2*pi*(t-1.4)/0.8)))"', "time_end": 2, "history_bodies": "footing",
             "history_every": 0.01, **more}
 
 
@@ -380,9 +399,9 @@ def footing(how):
     for (mu, n), one in zip(jobs, found):
         load = -one["reaction_footing_y"] / 1e4
         most, pulls, end = load.max() / (2 + math.pi), -load.min(), np.abs(load[-10:]).max()
-        allowed = {0: (0.1, 0.05), 0.3: (0.15, 0.12), 10: (0.3, 0.25)}[mu][n > 8]
+        allowed = (0.1, 0.05)[n > 8]
         row(abs(most - 1) <= allowed and pulls <= 1e-9 and end == 0, f"footing, mu {mu}, {n} cells in its width",
-            f"load {most:.4f} of the limit, pulls {pulls:.1e} c, {end:.0e} when lifted", "1, 0, 0", f"{100 * allowed:.0f} % (wanted: {5 if n > 8 else 10} %)")
+            f"load {most:.4f} of the limit, pulls {pulls:.1e} c, {end:.0e} when lifted", "1, 0, 0", f"{100 * allowed:.0f} %")
 
 
 # ---- A disk, free and rigid, spins between two elastic plates that are pressed together by N: mu N R brakes it on either side.
@@ -432,13 +451,12 @@ def friction(how):
             found = simulate(f"friction{tilt}-{round(1 / h)}", {
                 "dim": 2, "grid_lower": "0,-1", "grid_upper": "4,3", "grid_h": f"{h},{h}", "acceleration": ramped(10 * (0.5 * along - math.sqrt(0.75) * out)), **materials(m=1e7),
                 "bodies": "floor,block", "body_floor_rigid": "fixed", "body_floor_shape": "halfspace", "body_floor_point": vector(foot[0]), "body_floor_normal": vector(out),
-                "body_floor_mu": 0.3, **body("block", "m", "polygon", vertices='"' + " ".join(vector(x) for x in foot) + '"'), "history_energy": True, "history_bodies": "block",
+                "body_floor_mu": 0.3, **body("block", "m", "polygon", vertices='"' + " ".join(vector(x) for x in foot) + '"'), "history_energy": True, "history_bodies": "block,floor",
                 "history_every": 0.02, "time_end": 0.7})
             x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
-            t = found["time"]
-            weight = 500 * 10 * np.where(t < RAMP, (1 - np.cos(np.pi * t / RAMP)) / 2, 1)
+            normal = np.stack([found["reaction_floor_x"], found["reaction_floor_y"]], 1) @ out
             way = (x - x[0]) @ along
-            exact = -0.3 * math.sqrt(0.75) * np.sum(np.diff(way) * (weight[1:] + weight[:-1]) / 2)
+            exact = -0.3 * np.sum(np.diff(way) * normal[1:])  # a block that hops has not its weight as the force
             largest = max(np.abs(found[key]).max() for key in found if key.startswith("energy_") or key == "total_energy" or key == "external_work")
             lost, off = found["energy_friction"][-1] / exact, np.abs(found["energy_integration"]).max() / largest
             row(abs(lost - 1) <= 0.03 and off <= 0.01, f"energy lost to friction, slope at {tilt}, H/h {0.5 / h:.0f}", f"{lost:.4f} of the exact one; not explained {off:.5f}", "1, 0", "3 %, 1 % of the largest")

@@ -60,6 +60,13 @@ def table(path=TABLE):
     return {(row[0], row[1]): dict(zip(KINDS, map(float, row[2:]))) for row in rows}
 
 
+def total(path=TABLE):
+    """{basis: largest stable C with a mass of order 1, 2, 3} in the total frame."""
+    with open(path, encoding="utf-8") as file:
+        rows = [line[17 : line.index(")")].split(", ") for line in file if line.startswith("MPM_STABLE_TOTAL(")]
+    return {row[0]: [float(word) for word in row[1:]] for row in rows}
+
+
 def bounds(basis, update, transfer, flip=None, rate=None, strain=None, viscosity=None):
     """(at rest, where particles cross cells): the largest stable C = c dt/h of a method by the table, 0 for none;
     src/step/stable.c has the same rules."""

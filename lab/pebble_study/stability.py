@@ -31,13 +31,13 @@ DIRECTION = (1, 0.7, 0.45)
 NUMBERS = {"flip": 1.0, "damping_rate": 0.0, "affine_strain": 0.0, "order": 2}  # of a method, with what is usual
 COLUMNS = (
     "basis,update,transfer,flip,damping_rate,affine_strain,order,ppc,rest,rest_unstable,rest_growth,crossing,crossing_unstable,"
-    "crossing_speed,crossing_growth,block,block_unstable,block_speed,block_growth,table_rest,table_crossing,dt_cfl,margin,dim,steps,seconds,key"
+    "crossing_speed,crossing_growth,block,block_unstable,block_speed,block_growth,disk,disk_unstable,disk_growth,table_rest,table_crossing,dt_cfl,margin,dim,steps,seconds,key"
 ).split(",")
 
 
 class Probe(NamedTuple):
-    """A box of `cells` on each axis, which drifts with one of SPEEDS or, at rest, is at another place in its cells. A
-    run makes --steps / share steps."""
+    """A box of `cells` on each axis, or a disk or ball of that diameter, which drifts with one of SPEEDS or, at rest, is
+    at another place in its cells. A run makes --steps / share steps."""
 
     name: str
     dim: int
@@ -45,6 +45,7 @@ class Probe(NamedTuple):
     share: int
     variants: range
     crossing: bool
+    round: bool = False
 
     def scene(self, variant, C, steps, ppc):
         """The options of a run."""
@@ -62,7 +63,9 @@ class Probe(NamedTuple):
         )
         faces = {f"bc_{axis}{end}_type": "periodic" for axis in "xyz"[:dim] for end in ("min", "max")}
         span = max(C, 1e-3) * max(1, steps // self.share)
-        return faces | {
+        box = {"body_b_shape": "box", "body_b_lower": [low] * dim, "body_b_upper": [low + self.cells] * dim}
+        disk = {"body_b_shape": "sphere", "body_b_center": [middle] * dim, "body_b_radius": 0.5 * self.cells}
+        return faces | (disk if self.round else box) | {
             "dim": dim,
             "grid_lower": [0.0] * dim,
             "grid_upper": [float(side)] * dim,
@@ -73,10 +76,7 @@ class Probe(NamedTuple):
             "material_m_E": (1 + nu) * (1 - 2 * nu) / (1 - nu),
             "material_m_nu": nu,
             "bodies": "b",
-            "body_b_shape": "box",
             "body_b_material": "m",
-            "body_b_lower": [low] * dim,
-            "body_b_upper": [low + self.cells] * dim,
             "body_b_offset": [shift] * dim,
             "body_b_ppc": [ppc] * dim,
             "body_b_velocity": velocity,
@@ -87,8 +87,15 @@ class Probe(NamedTuple):
         }
 
 
-def probes(dim):
+def probes(dim, total=False):
     flat = dim < 3
+    if total:  # no particle crosses a cell; at a rim particles are cut
+        side, share, dim = (12, 8, 2) if flat else (6, 40, 3)
+        return [
+            Probe("rest", 1, 16, 4, range(2), False),
+            Probe("block", dim, side, share, range(2), False),
+            Probe("disk", dim, side, share, range(2), False, True),
+        ]
     return [
         Probe("rest", 1 if flat else 3, 16 if flat else 6, 4 if flat else 16, range(2), False),
         Probe("crossing", 1, 32, 1, range(len(SPEEDS)), True),
@@ -185,27 +192,48 @@ class Method:
         )
 
 
+class Total(Method):
+    """A basis in the total frame, with the mass of the scene."""
+
+    def __init__(self, basis, facts):
+        self.basis, self.update, self.transfer = basis, facts.update, facts.transfer
+        self.numbers = dict.fromkeys(NUMBERS) | {"order": facts.order}
+
+    @property
+    def name(self):
+        return f"{self.basis} total mass_order {self.numbers['order']}"
+
+    @property
+    def options(self):
+        return {"method_frame": "total", "method_basis": self.basis, "method_mass_order": self.numbers["order"]}
+
+    def bounds(self):
+        return (methods.total()[self.basis][self.numbers["order"] - 1],) * 2
+
+
 class Stability:
     def __init__(self, study):
         self.study, words, facts = study, study.words, study.facts
-        if facts.total:
-            raise scene.Refused(
-                "stability does not apply to a scene in the total frame: its bounds do not depend on the motion, and stand in"
-                " docs/method.md"
-            )
         self.steps, self.dim = words.steps, facts.dim
+        self.probes = probes(facts.dim, facts.total)
         self.ppc = scene.per_cell(study.options, facts, study.processes)[0][0]
         own = {
             "basis": "gimp_stretch" if facts.stretched else facts.basis,
             "update": facts.update,
             "transfer": facts.transfer,
         }
-        lists = {
+        if facts.total:
+            for name in ("update", "transfer"):
+                if getattr(words, name):
+                    raise scene.Refused(f"--{name} does not apply: the scene is in the total frame, which has none")
+            bases = methods.read_list("basis", words.basis or facts.basis, methods.names("method_basis"))
+            self.methods = [Total(basis, facts) for basis in bases]
+        lists = {} if facts.total else {
             "basis": methods.read_list("basis", words.basis or own["basis"], methods.bases()),
             "update": methods.read_list("update", words.update or own["update"], methods.names("method_update")),
             "transfer": methods.read_transfers(words.transfer or own["transfer"]),
         }
-        self.methods = [
+        self.methods = self.methods if facts.total else [
             Method(basis, update, transfer, facts, study.options)
             for basis in lists["basis"]
             for update in lists["update"]
@@ -249,7 +277,7 @@ class Stability:
     def measure(self, method, facts, pool):
         """The row of a method."""
         start = time.monotonic()
-        found = {probe.name: self.find(probe, method, pool) for probe in probes(self.dim)}
+        found = {probe.name: self.find(probe, method, pool) for probe in self.probes}
         row = {
             "basis": method.basis,
             "update": method.update,
@@ -282,7 +310,7 @@ class Stability:
             f"study      stability: the largest c dt/h at which a disturbance of {DISTURBANCE:g} c does not grow "
             f"{LIMIT:g}-fold in energy"
         )
-        for probe in probes(self.dim):
+        for probe in self.probes:
             drift = f", drifts at {' '.join(f'{SPEEDS[v]:g}' for v in probe.variants)} c" if probe.crossing else ""
             say(
                 f"           {'at rest' if probe.name == 'rest' else probe.name:<9} {probe.dim}-D, {probe.cells} "
@@ -290,12 +318,14 @@ class Stability:
             )
         if not self.study.dry:
             say(
-                f"{'method':<34} {'at rest':>8} {'crossing':>8} {'block':>8} {'by table':>10} {'dt_cfl':>7} "
+                f"{'method':<34}"
+                + "".join(f" {'at rest' if probe.name == 'rest' else probe.name:>8}" for probe in self.probes)
+                + f" {'by table':>10} {'dt_cfl':>7} "
                 f"{'margin':>7} {'seconds':>8}"
             )
 
     def print_row(self, method, row):
-        found = ("rest", "crossing", "block")
+        found = [probe.name for probe in self.probes]
         limits = "".join(
             f" {row[name] if row[name + '_unstable'] else '>=' + row[name]:>8}"
             for name in found
@@ -322,7 +352,7 @@ class Stability:
         before = scene.read_table(self.path, COLUMNS[:3])
         with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
             for method in self.methods:
-                asked = probes(self.dim)[0].scene(0, 0, self.steps, self.ppc) | method.options | self.place
+                asked = self.probes[0].scene(0, 0, self.steps, self.ppc) | method.options | self.place
                 facts = scene.Facts(
                     {name: pebble.word(value) for name, value in asked.items() if value is not None}, study.processes
                 )

@@ -28,6 +28,8 @@ COLUMNS = (
 # -method_*: they belong to one method, and would be refused with another.
 OF_ONE = ("flip", "order", "gimp_update", "affine_strain", "damping_rate", "frame", "mass_order")
 DEFAULTS = {"update": "usl,musl", "transfer": "flip,apic,aflip"}
+# Who asks for presets alone gets two methods beside them, which can make the references.
+WITH_PRESETS = {"basis": "bspline2,bspline3", "update": "usl", "transfer": "aflip"}
 
 
 @dataclasses.dataclass(eq=False)
@@ -84,15 +86,17 @@ class Trade:
             "update": methods.names("method_update"),
             "preset": [*methods.names("method_preset"), "none"],
         }
+        alone = words.preset and words.preset != "none" and not (words.basis or words.update or words.transfer or words.ppc)
+        default = WITH_PRESETS if alone else DEFAULTS
         self.lists = {
             name: methods.read_list(
                 name,
-                getattr(words, name) or DEFAULTS.get(name) or ",".join(word for word in legal[name] if word != "none"),
+                getattr(words, name) or default.get(name) or ",".join(word for word in legal[name] if word != "none"),
                 legal[name],
             )
             for name in legal
         }
-        self.lists["transfer"] = methods.read_transfers(words.transfer or DEFAULTS["transfer"])
+        self.lists["transfer"] = methods.read_transfers(words.transfer or default["transfer"])
         self.lists["ppc"] = methods.read_list("ppc", words.ppc, None, 64) if words.ppc else ["0"]
         self.lists["cfl"] = methods.read_list("cfl", words.cfl, None, 2) if words.cfl else ["0"]
         if any(not word.isdigit() for word in self.lists["ppc"]):

@@ -12,7 +12,7 @@
 #include "physics/distance.h"
 #include "physics/wall.h"
 
-#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(F))
+#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(F) | MPM_BIT(F33))
 
 /* What is looked for: positions now, or those of the start. */
 typedef struct {
@@ -264,6 +264,7 @@ static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
     MPMLeftCauchyGreen((int)dim, l->view.F + p * dim * dim, b);
     MPMEigen((int)dim, b, squares, axes);
     found.value = -squares[0];
+    if (m->round) found.value = PetscMax(found.value, -PetscSqr(l->view.F33[p]));
     for (PetscInt d = 0; d < dim; d++) {
       found.value = PetscMax(found.value, -squares[d]);
       found.x[d]  = l->view.x[p * dim + d];

@@ -70,14 +70,14 @@ static PetscReal Round(PetscReal x)
 static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, const MPMTime *time, PetscReal dt)
 {
   const MPMStable stable = MPMStableOf(core, method);
-  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt), grows = stable.grows / (C * C);
+  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt), grows = MPMStableTenfold(&stable, C);
   const PetscReal end   = (PetscReal)core->step + (time->end - core->t) / dt,
                   steps = PetscMin(end, (PetscReal)time->max_steps);
   const PetscReal most  = stable.grows > 0      ? stable.grows / (end * C)
                           : stable.crossing > 0 ? stable.crossing
                                                 : stable.rest;
   const PetscReal use = PetscMin(stable.cfl, 0.99 * most >= 0.1 ? PetscFloorReal(99 * most) / 100 : Round(0.9 * most));
-  char            cure[MPM_TEXT_LEN] = "", shorter[MPM_TEXT_LEN];
+  char            cure[MPM_TEXT_LEN] = "", shorter[MPM_TEXT_LEN], when[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   (void)snprintf(shorter, sizeof shorter, "%s %g", SHORTER_STEPS(time), (double)use);
@@ -97,14 +97,17 @@ static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, 
     PetscCall(Warn(core, method,
                    "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use %s",
                    (double)courant, shorter));
-  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9)) {
+  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9) && steps > grows) {
     Stable(core, method, time, C, cure);
+    if (stable.above > 0)
+      (void)snprintf(when, sizeof when, ", at the fastest tenfold in %g of the %.0f steps", (double)Round(grows),
+                     (double)steps);
     if (!(stable.grows > 0))
       PetscCall(Warn(core, method,
-                     "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s%s%s",
-                     (double)stable.crossing, (double)C, cure, use < MPM_BOUND_short_remedy ? "" : " or ",
+                     "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g)%s; use %s%s%s",
+                     (double)stable.crossing, (double)C, when, cure, use < MPM_BOUND_short_remedy ? "" : " or ",
                      use < MPM_BOUND_short_remedy ? "" : shorter));
-    else if (steps > grows)
+    else
       PetscCall(Warn(core, method,
                      "amplifies noise where particles cross cells, tenfold in about %g of the %.0f steps; use %s",
                      (double)Round(grows), (double)steps, cure));
@@ -231,7 +234,7 @@ PetscBool MPMMethodAmplifies(const MPMCore *core, const MPMMethod *method, const
                              char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN])
 {
   const MPMStable stable = MPMStableOf(core, method);
-  const PetscReal C = w->wave, grows = stable.grows / (C * C), steps = (PetscReal)core->step;
+  const PetscReal C = w->wave, grows = MPMStableTenfold(&stable, C), steps = (PetscReal)core->step;
 
   if (stable.crossing > 0 && !(C > stable.crossing && steps > grows && w->grows_at >= 0)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN,

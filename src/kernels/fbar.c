@@ -72,7 +72,7 @@ MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMPatch *patc
     MPMReal bar;
 
     MPMLoad(1, bars, o, l, &bar);
-    MPMWrite(J + l, MPMRead(J + l) * (dim == 2 ? bar * bar : bar * bar * bar));
+    MPMWrite(J + l, MPMRead(J + l) * (dim == 2 && !patch->grid->round ? bar * bar : bar * bar * bar));
   }
 }
 

@@ -150,7 +150,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     }
     if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, PetscMin(next, o->n), o->particle, s, b, status);
     law->speed2[MPMLawForm(m, dim)](m, first, next, b, c2);
-    if (patch->grid->total) MPMReferenceSpeed2(dim, b, from, next, c2);
+    if (patch->grid->total) MPMReferenceSpeed2(dim, dim == 2 && patch->grid->round, b, from, next, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       found->c2 = MPMMax(found->c2, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
@@ -181,7 +181,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 {
   const int stress    = parts & MPM_G2P_STRESS ? 1 : 0,
             gradients = stress || parts & (MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : 0;
-  const int round     = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
+  const int round     = dim == 2 && gradients && patch->grid->round; /* the strain needs v_r too, or u_r */
   const int motion    = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME | MPM_G2P_TOTAL) ? 1 : round ? 3 : 0;
   const MPMView             *particles   = &patch->particles;
   const MPMRange             all         = {0, particles->n, 0};
@@ -213,7 +213,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (parts & MPM_G2P_TOTAL) {
       const MPMComponent *grad_u = L;
 
-      state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), &o, &s, &b);
+      state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~(MPM_BIT(F) | MPM_BIT(F33)), &o, &s, &b);
       if (parts & MPM_G2P_FBAR || state & MPM_BIT(tau)) { /* what needs rates */
         grad_u = memcpy(grad, L, sizeof grad);
         MPMRatesTotal(dim, par, patch, &o, L);

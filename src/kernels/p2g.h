@@ -82,7 +82,12 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
       for (int d = 0; d < dim && patch->particles.b; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
-      if (round) Q[0] -= MPMRead(&s->V0[l]) * MPMRead(&b->tau[3][l]) / MPMRadius(s, l);
+      if (round) {
+        MPMReal hoop = MPMRead(&b->tau[3][l]);
+
+        if (parts & MPM_P2G_TOTAL) hoop = hoop / MPMMotionAround(&patch->particles, o, l);
+        Q[0] -= MPMRead(&s->V0[l]) * hoop / MPMRadius(s, l);
+      }
       MPMWriteRecords(dim, Q, r->Q[l][dim == 2 ? 1 : 0] + MPM_NODE_force, MPM_Q_RECORDS);
     }
   }

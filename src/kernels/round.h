@@ -21,4 +21,10 @@ MPM_INLINE PetscReal MPMNodeMass(const MPMGrid *grid, const MPMNode *n, PetscInt
   return r > 0 ? n->p[2] / r : n->m;
 }
 
+/* Does so where `round` is a constant: without it that is the node's mass. */
+MPM_INLINE PetscReal MPMNodeMassIf(int round, const MPMGrid *grid, const MPMNode *n, PetscInt i, PetscInt d)
+{
+  return round ? MPMNodeMass(grid, n, i, d) : n->m;
+}
+
 #endif

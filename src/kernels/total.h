@@ -46,6 +46,18 @@ MPM_INLINE void MPMMotionGradient(int dim, const MPMView *particles, const MPMBl
   for (int k = 0; k < dim * dim; k++) F[k] = bar * F[k];
 }
 
+/* Returns F33 of a vector of particles of bodies of revolution from lane l on; times the factor of F-bar, if there is
+   one. */
+MPM_INLINE MPMReal MPMMotionAround(const MPMView *particles, const MPMBlockOrder *o, PetscInt l)
+{
+  MPMReal F33, bar;
+
+  MPMLoad(1, particles->F33, o, l, &F33);
+  if (!particles->bar) return F33;
+  MPMLoad(1, particles->bar, o, l, &bar);
+  return bar * F33;
+}
+
 /* Turns S [dim*dim], Pa, of a vector of particles from lane l on, from a Kirchhoff stress into the first
    Piola-Kirchhoff stress S F^-T, with the gradient of the motion. */
 MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder *o, const MPMBlock *b, PetscInt l,
@@ -66,8 +78,8 @@ MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder 
 
 /* Multiplies the squared wave speeds c2, m^2/s^2, of lanes from `from` to next-1 by a bound of 1/(least stretch)^2: the
    largest row sum of |(F^T F)^-1| (Gershgorin). A wave that runs at c in the deformed state passes reference lengths at
-   c over the stretch along its way. */
-MPM_INLINE void MPMReferenceSpeed2(int dim, const MPMBlock *b, PetscInt from, PetscInt next, MPMComponent c2)
+   c over the stretch along its way. round: the stretch around the axis counts too. */
+MPM_INLINE void MPMReferenceSpeed2(int dim, int round, const MPMBlock *b, PetscInt from, PetscInt next, MPMComponent c2)
 {
   for (PetscInt l = from; l < next; l += MPM_WIDTH) {
     MPMReal F[9], back[9], most = MPMAll(0);
@@ -84,16 +96,19 @@ MPM_INLINE void MPMReferenceSpeed2(int dim, const MPMBlock *b, PetscInt from, Pe
       }
       most = MPMMax(most, row);
     }
+    if (round) most = MPMMax(most, 1.0 / (MPMRead(&b->F33[0][l]) * MPMRead(&b->F33[0][l])));
     MPMWrite(&c2[l], MPMRead(&c2[l]) * most);
   }
 }
 
 /* Turns the gradients of the displacements of a block, grad u [dim*dim], 1, into the velocity gradients L, 1/s, that
-   lead from the old gradient of the motion to I + grad u. */
+   lead from the old gradient of the motion to I + grad u; in bodies of revolution also row 4, u_R/R, into that around the
+   axis. */
 MPM_INLINE void MPMRatesTotal(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
                               MPMComponent *L)
 {
-  const PetscReal rate = 1 / par->dt;
+  const int       round = dim == 2 && patch->grid->round;
+  const PetscReal rate  = 1 / par->dt;
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
     MPMReal F[9], was[9], G[9];
@@ -102,12 +117,14 @@ MPM_INLINE void MPMRatesTotal(int dim, const MPMParams *par, const MPMPatch *pat
     MPMMotionGradient(dim, &patch->particles, o, l, was);
     MPMQuotient(dim, F, was, G);
     for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
+    if (round)
+      MPMWrite(&L[4][l], rate * ((1.0 + MPMRead(&L[4][l])) / MPMMotionAround(&patch->particles, o, l) - 1.0));
   }
 }
 
 /* Sets a block's F = I + grad u, over the factor of F-bar if there is one, positions X + u and velocities from value
-   (u, then v, [2 dim]) and grad u [dim*dim], 1, of the total frame. v2 becomes the largest squared velocity so far, bad
-   the lanes whose J is not a positive number. */
+   (u, then v, [2 dim]) and grad u [dim*dim], 1, of the total frame; in bodies of revolution F33 = 1 + u_R/R, of which
+   row 4 of grad is u_R/R. v2 becomes the largest squared velocity so far, bad the lanes whose J is not a positive number. */
 MPM_INLINE void MPMDeformTotal(int dim, const MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
                                const MPMComponent *value, const MPMComponent *grad, MPMBlock *b, MPMReal *v2,
                                MPMMask *bad)
@@ -132,6 +149,15 @@ MPM_INLINE void MPMDeformTotal(int dim, const MPMPatch *patch, const MPMBlockOrd
       MPMWrite(&b->F[k][l], F[k]);
     }
     J = MPMDet(dim, F);
+    if (dim == 2 && patch->grid->round) {
+      MPMReal F33 = MPMRead(&grad[4][l]) + 1.0;
+
+      if (particles->bar) F33 = F33 / bar;
+      MPMWrite(&b->F33[0][l], F33);
+      MPMStore(1, &F33, o, l, l, l + MPM_WIDTH, particles->F33);
+      *bad |= MPMNot(F33 > 0.0);
+      J *= F33;
+    }
     *bad |= MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     MPMStore(dim, x, o, l, l, l + MPM_WIDTH, particles->x);
     MPMStore(dim, v, o, l, l, l + MPM_WIDTH, particles->v);

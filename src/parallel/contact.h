@@ -13,6 +13,7 @@ typedef struct {
   PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
   PetscBool flows; /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
+  PetscBool soft[2]; /* has a, b matter that keeps no shape? */
 } MPMPair;
 
 /* A node of a copy that takes part in contact: mass, kg, acceleration, m/s^2, and velocity, m/s, as a phase has left it, where
@@ -52,7 +53,7 @@ typedef struct {
 typedef struct {
   PetscInt  first, last, pair;
   PetscReal n[3], at[3], gap, least, inverse, across, press, brake[3];
-  PetscBool held;
+  PetscBool held, slips; /* slips: a fluid there is too far from what it sticks to */
 } MPMContactColumn;
 
 /* Tiles of the grid on each axis, n; of each copy bits of those with particles, [copies][words] of 64 bits; and the box

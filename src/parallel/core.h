@@ -102,7 +102,7 @@ enum {
   MPM_ENERGY_friction, /* work of friction at walls and rigid bodies, and between bodies, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
-  MPM_ENERGY_volumes,  /* change of the stored energy by the relaxation of volumes */
+  MPM_ENERGY_volumes,  /* change of the stored energy by the relaxation of volumes, and what pushes fluids out of bodies */
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };

@@ -7,9 +7,9 @@
                                       velocity gradient L [dim*dim] in 1/s; s->F is updated before the call
      <name>_energy(dim, m, s)         returns the stored energy per reference volume in J/m^3
      <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2
-     <name>_tangent(dim, m, dt, L, s, C)  computes the derivative C [6][MPM_TANGENT_NC] in Pa of the stress after a step,
-                                      which is computed from the same s, by l = dH f^-1 [dim*dim], f = I + dt L, and by
-                                      l33 of bodies of revolution (optional, for implicit steps: tangent.h)
+     <name>_tangent(dim, m, dt, L, s, C)  computes the derivative C [6][MPM_TANGENT_NC] in Pa of the stress after a
+                                      step, which is computed from the same s, by l = dH f^-1 [dim*dim], f = I + dt L,
+                                      and by l33 of bodies of revolution (optional, for implicit steps: tangent.h)
 
    These functions are made for each form: dim 1, 2, 3, and bodies of revolution. The latter have dim 2, the stretch
    s->F33 around the axis and its rate s->L33 = v_r/r, of which J, be and the stress along zz depend: law functions take

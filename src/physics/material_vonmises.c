@@ -49,7 +49,8 @@ MPM_INLINE void vonmises_tangent(int dim, const MPMMaterial *m, PetscReal dt, co
   }
   for (int k = 0; k < 3; k++)
     for (int j = 0; j < 3; j++)
-      a[k][j] = m->lambda + 2 * m->mu / 3 + 2 * m->mu * keep * ((k == j) - 1. / 3) - less * (e[k] - mean) * (e[j] - mean);
+      a[k][j] = m->lambda + 2 * m->mu / 3 + 2 * m->mu * keep * ((k == j) - 1. / 3) -
+                less * (e[k] - mean) * (e[j] - mean);
   MPMHenckyTangent(dim, m, e, n, a, keep, MPMTangentColumns(dim, s), C);
 }
 #endif

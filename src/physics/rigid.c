@@ -76,7 +76,7 @@ PetscReal MPMRigidYields(const MPMRigid *r, const PetscReal x[], const PetscReal
 
   for (PetscInt d = 0; d < 3; d++) {
     y[d] = x[d] - r->pivot[d] - r->place[d];
-    size += n[d] * n[d];
+    if (!MPMRigidIsHeld(r, d)) size += n[d] * n[d];
   }
   MPMCross(y, n, arm);
   Inverse(r, r->turn, arm, turns);
@@ -92,7 +92,7 @@ void MPMRigidKick(MPMRigid *r, const PetscReal x[], const PetscReal J[])
   for (PetscInt d = 0; d < 3; d++) y[d] = x[d] - r->pivot[d] - r->place[d];
   MPMCross(y, J, moment);
   for (PetscInt d = 0; d < 3; d++) {
-    r->velocity[d] += J[d] / r->mass;
+    if (!MPMRigidIsHeld(r, d)) r->velocity[d] += J[d] / r->mass;
     r->momentum[d] += moment[d];
   }
   Inverse(r, r->turn, r->momentum, r->spin);
@@ -271,6 +271,19 @@ PetscErrorCode MPMRigidSetPoints(MPMRigid *r, PetscInt dim)
   }
   PetscCall(PetscRealloc((size_t)(3 * r->npoints + 1) * sizeof *r->point, &r->point));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets the plane of a face through the middle of a free body hold it: it may move along the plane, and turn about the normal
+   of that. The part in the grid has this share of the mass. */
+void MPMRigidHold(MPMRigid *r, PetscInt face, PetscReal share)
+{
+  const PetscInt axis = face / 2;
+
+  r->held |= (PetscInt)1 << face;
+  r->mass *= share;
+  for (PetscInt d = 0; d < 3; d++) r->momentum[d] *= share;
+  for (PetscInt k = 0; k < 9; k++) r->inertia[k] *= share;
+  for (PetscInt k = 0; k < 9; k++) r->inverse[k] *= k == 4 * axis ? 1 / share : 0;
 }
 
 /* Makes the body free, with this mass, kg, and inertia [9], kg m^2, of which in 2-D only that about z counts and in 1-D

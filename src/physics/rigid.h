@@ -19,7 +19,8 @@ typedef struct {
   PetscReal        pivot[3];
   PetscBool        moves, free;
   PetscBool        tied; /* matter that lies in it moves with it */
-  PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
+  PetscInt         held; /* bits of the faces that are planes of symmetry of a free body: what is in the grid is held there */
+  PetscReal        mass, inertia[9], inverse[9]; /* of that part; inverse: of inertia, where it may turn */
   PetscReal        reach;                        /* of the shape from the pivot, m */
   PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
   PetscReal       *point;     /* [npoints][3] */
@@ -80,6 +81,7 @@ typedef struct {
 void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
 PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
 PetscErrorCode MPMRigidSetPoints(MPMRigid *, PetscInt dim);
+void           MPMRigidHold(MPMRigid *, PetscInt face, PetscReal share);
 void           MPMRigidMove(MPMRigid *, PetscReal dt);
 PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
@@ -88,6 +90,12 @@ PetscReal      MPMRigidSpeed(const MPMRigid *);
 PetscReal      MPMRigidEnergy(const MPMRigid *);
 PetscBool      MPMRigidTouches(const MPMRigid *, const MPMRigid *, PetscInt dim, PetscReal most);
 void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
+
+/* Returns whether planes of symmetry hold a body along axis d. */
+MPM_INLINE PetscBool MPMRigidIsHeld(const MPMRigid *r, PetscInt d)
+{
+  return r->held >> 2 * d & 3 ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* Returns whether a body is a ball or a disk. */
 MPM_INLINE PetscBool MPMRigidIsRound(const MPMRigid *r)

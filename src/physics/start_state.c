@@ -73,6 +73,7 @@ static PetscReal Look(PetscInt dim, const MPMMaterial *m, MPMMaterialStart *s)
 const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscReal F[], MPMMaterialStart *s)
 {
   for (PetscInt k = 0; k < dim * dim; k++) s->F[k] = F[k];
+  s->F33 = 1;
   s->J = MPMDet((int)dim, F);
   for (int k = 0; k < 6; k++) s->tau[k] = 0;
   if (!(s->J > 0 && s->J <= PETSC_MAX_REAL)) return "whose determinant is not positive";
@@ -252,9 +253,25 @@ static const char *Symmetric(const MPMMaterial *m, PetscInt dim, const PetscReal
   return size <= enough ? NULL : none;
 }
 
+/* MPMMaterialStressed of bodies of revolution: around the axis is an axis as others are. */
+static const char *Round(const MPMMaterial *m, const PetscReal tau[], MPMMaterialStart *s)
+{
+  MPMMaterial solid = *m;
+  const char *why;
+
+  solid.round = PETSC_FALSE;
+  why         = MPMMaterialStressed(&solid, 3, PETSC_TRUE, tau, s);
+  s->F33      = s->F[8];
+  s->F[2]     = s->F[3];
+  s->F[3]     = s->F[4];
+  return why;
+}
+
 const char *MPMMaterialStressed(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
                                 MPMMaterialStart *s)
 {
+  if (m->round) return Round(m, tau, s);
+  s->F33 = 1;
   for (PetscInt k = 0; k < dim * dim; k++) s->F[k] = k % (dim + 1) == 0;
   for (int k = 0; k < 6; k++) {
     s->be[k]  = MPMSymUnit(3, k);

@@ -1,16 +1,16 @@
 /* tangent.c - stresses and tangents of finite displacements (tangent.h), in blocks of particles of one material: the
-   state of a block is copied, the copy deformed and given to the law, and T = tau f^-T taken from it. The tangent is made
-   of the derivative C of tau by l = dH f^-1 that the law gives,
+   state of a block is copied, the copy deformed and given to the law, and T = tau f^-T taken from it. The tangent is
+   made of the derivative C of tau by l = dH f^-1 that the law gives,
      dT = (dtau - tau l^T) f^-T,  A_aBcD = (sum_e C_ab,ce f^-1_De) f^-1_Bb - T_aD f^-1_Bc,
    or of differences of T. */
 #include <string.h>
 #include "physics/tangent.h"
 
-#define STEP 0x1p-20 /* of differences: rounding, of 1e-16/STEP, is beside their truncation, of its square times curvature */
+#define STEP 0x1p-20 /* of differences: rounding is 1e-16/STEP of the modulus; their truncation, STEP^2 times a curvature */
 #define ROWS 10      /* of H, T */
 
-/* Particles `first` .. first + n - 1 of a view, with one material: their state at t_n, and what changes it. `lanes` is n
-   rounded up to whole vectors of any width; the lanes past the last particle repeat it. */
+/* Particles `first` .. first + n - 1 of a view, with one material: their state at t_n, and what changes it. `lanes` is
+   n rounded up to whole vectors of any width; the lanes past the last particle repeat it. */
 typedef struct {
   const MPMMaterial *m;
   PetscInt           first, n, lanes, nc;
@@ -32,10 +32,10 @@ static void Begin(const MPMTangent *t, PetscInt first, PetscInt last, Block *b)
   while (b->n < MPM_STAGED && first + b->n < last && MPMKindOf(t->kinds, v, first + b->n)->material == a) b->n++;
   b->lanes = (b->n + 7) / 8 * 8;
 #define MPM_TAKE(name, rows)                                                                                           \
-  for (int k = 0; k < (rows); k++) {                                                                                   \
-    const PetscBool has = b->m->state & MPM_BIT(name) && k < MPMComponents_##name((int)t->dim);                        \
+  for (int k = 0, nk = MPMComponents_##name((int)t->dim); k < (rows); k++) {                                           \
+    const PetscBool has = b->m->state & MPM_BIT(name) && k < nk;                                                       \
     for (PetscInt p = 0; p < b->lanes; p++)                                                                            \
-      b->begin.name[k][p] = has ? v->name[(first + PetscMin(p, b->n - 1)) * MPMComponents_##name((int)t->dim) + k] : 0; \
+      b->begin.name[k][p] = has ? v->name[(first + PetscMin(p, b->n - 1)) * nk + k] : 0;                               \
   }
   MPM_MATERIAL_FIELDS(MPM_TAKE)
 #undef MPM_TAKE
@@ -85,7 +85,8 @@ static PetscInt DeformAll(const MPMTangent *t, const PetscReal H[], Block *b)
   return bad;
 }
 
-/* Sets F and L, and with `whole` the state and the stress at the end of the step; without, F alone is that of the end. */
+/* Sets F and L, and with `whole` the state and the stress at the end of the step; without, F alone is that of the end.
+   */
 static void Follow(const MPMTangent *t, PetscBool whole, Block *b)
 {
   const int             dim = (int)t->dim, form = (int)MPMLawForm(b->m, t->dim);
@@ -174,8 +175,8 @@ static void FromLaw(const MPMTangent *t, const Block *b, PetscReal C[6][MPM_TANG
   A[nf * nc + nf] = (C[5][nf] * g[nf] - T[nf]) * g[nf];
 }
 
-/* Computes T of all particles of the block, where one component of each H is moved by `by`, if it can be; H is put back.
-   moved [n]: by how much. */
+/* Computes T of all particles of the block, where one component of each H is moved by `by`, if it can be; H is put
+   back. moved [n]: by how much. */
 static void Beside(const MPMTangent *t, PetscInt component, PetscReal by, Block *b, PetscReal moved[])
 {
   MPMComponent keep;

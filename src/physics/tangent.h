@@ -22,7 +22,7 @@
 typedef struct {
   PetscInt           dim;
   PetscBool          round;     /* bodies of revolution, as `round` of the materials says too */
-  PetscInt           width;     /* particles that laws compute at a time: MPMKernelWidth() or 1, which give the same bits */
+  PetscInt           width;     /* particles that laws compute at a time: MPMKernelWidth() or 1, with the same bits */
   PetscReal          dt;        /* of the step in s, above 0; only laws that depend on rates see it, else any will do */
   const MPMKind     *kinds;     /* as in MPMParams */
   const MPMMaterial *materials;

@@ -106,9 +106,6 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                      "at it; choose fixed, slip, moving or free, or use %s",
                      MPMFaceNames[k], MPMWallNames[type], by, use);
   }
-  if (mpm->core.grid.round)
-    MPMOptionsFail(o, "-geometry axisymmetric does not apply with %s, which is built for planes and for 3-D; use %s", by,
-                   use);
   if (mpm->core.rigids.n)
     MPMOptionsFail(o,
                    "-body_%s_rigid does not apply with %s, whose bodies may meet nothing; use %s",

@@ -36,6 +36,9 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
     if (given && !(moving[k].neutral && !strcmp(value, moving[k].neutral)))
       MPMOptionsFail(o, "%s does not apply with -method_time static: %s", name, moving[k].why);
   }
+  if (mpm->core.grid.round)
+    MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_time static, which is built for planes and for "
+                      "3-D; use -damping_kinetic");
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
     MPMOptionsFail(o, "-parallel_strategy pool does not apply with -method_time static: each iteration would send all "

@@ -7,7 +7,12 @@
    nearest to the centroid of it, among the neighbours of that place. A place is divided into parts, each of which is in or
    out by its centre; so volumes and masses are multiples of one part, and a row of the table of kinds for each number of
    parts is all that is needed: nothing for a particle, and nothing in a step. (Volumes and centroids of cut places are
-   used by embedded-boundary methods; in MPM they keep the integration of the first cells consistent.) */
+   used by embedded-boundary methods; in MPM they keep the integration of the first cells consistent.)
+
+   A cut place of a body of revolution has the volume of its area times the way of its centroid around the axis (Pappus), so
+   there the table has a row for each such volume. What is left of the axis is the mirror image of the body, which has no
+   particles. */
+#include "scene/at_walls.h"
 #include "scene/cut.h"
 #include "scene/kinds.h"
 #include "scene/lattice.h"
@@ -39,8 +44,9 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOpt
   PetscBool given;
 
   PetscFunctionBeginUser;
-  if (core->grid.round || !scene->nfilled) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!scene->nfilled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
+  if (core->grid.round && !core->grid.total) given = PETSC_TRUE;
   (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
   PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));
   if (MPMOptionsError(o) || strcmp(rim, "cut")) PetscFunctionReturn(PETSC_SUCCESS);
@@ -68,16 +74,24 @@ static void Neighbour(const MPMBody *b, PetscInt dim, const PetscInt64 ijk[], Pe
   }
 }
 
+/* Returns whether the place y [dim], m, is in the body. */
+static PetscBool Inside(const MPMBody *b, PetscInt dim, const PetscReal y[])
+{
+  const PetscReal right[3] = {b->round ? PetscAbsReal(y[0]) : y[0], y[1], y[2]};
+
+  return MPMRegionInside(&b->region, dim, right);
+}
+
 /* Returns whether the parts at all corners of the place x [dim], m, are in the body: then in a solid shape all are, since
    these are convex (region.def). */
 static PetscBool Corners(const MPMBody *b, PetscInt dim, const PetscReal x[])
 {
   const PetscReal far = 0.5 - 0.5 / (PetscReal)along[dim - 1];
-  PetscReal       y[3];
+  PetscReal       y[3] = {0};
 
   for (PetscInt k = 0; k < 1 << dim; k++) {
     for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (k >> d & 1 ? far : -far) * b->b[d];
-    if (!MPMRegionInside(&b->region, dim, y)) return PETSC_FALSE;
+    if (!Inside(b, dim, y)) return PETSC_FALSE;
   }
   return PETSC_TRUE;
 }
@@ -101,6 +115,7 @@ static PetscInt Parts(const MPMBody *b, PetscInt dim, const PetscReal x[], Petsc
       by[d]    = ((PetscReal)(at % n) + 0.5) / (PetscReal)n - 0.5;
       row.x[d] = x[d] + by[d] * b->b[d];
     }
+    if (b->round) row.x[0] = PetscAbsReal(row.x[0]);
     row.x[last] = MPMRowPlace(&row, 0);
     for (PetscInt64 from = 0; from < n; from = to) {
       if (!MPMRegionSpan(&b->region, &row, from, n, &to)) continue;
@@ -117,7 +132,7 @@ static const Outer *Find(const MPMBody *b, PetscInt dim, PetscInt places, const 
 {
   const PetscInt64 number = ijk[0] + 37 * (dim > 1 ? ijk[1] : 0) + 1009 * (dim > 2 ? ijk[2] : 0);
   Outer           *o      = &b->memo->outer[((number % MEMO) + MEMO) % MEMO];
-  PetscReal        nearest = PETSC_INFINITY, y[3];
+  PetscReal        nearest = PETSC_INFINITY, y[3] = {0};
   PetscInt64       to[3];
 
   if (o->body == b && !memcmp(o->ijk, ijk, (size_t)dim * sizeof *ijk)) return o;
@@ -131,7 +146,7 @@ static const Outer *Find(const MPMBody *b, PetscInt dim, PetscInt places, const 
       away += PetscSqr((PetscReal)(w % 3 - 1) - o->sum[d] / (PetscReal)o->parts);
     if (!(away < nearest + TIE)) continue;
     Neighbour(b, dim, ijk, q, to, y);
-    if (!MPMRegionInside(&b->region, dim, y)) continue;
+    if (!Inside(b, dim, y) || (b->round && y[0] < 0)) continue;
     if (away < nearest - TIE) {
       nearest   = away;
       o->takers = o->sharing = 0;
@@ -146,7 +161,7 @@ PetscInt MPMCut(const MPMBody *b, PetscInt dim, const PetscReal place[], PetscRe
 {
   PetscInt   places = 1, out[PLACES], nout = 0, count;
   PetscInt64 ijk[3], to[3];
-  PetscReal  sum[3], y[3];
+  PetscReal  sum[3], y[3] = {0};
 
   for (PetscInt d = 0; d < dim; d++) {
     X[d]   = place[d];
@@ -154,9 +169,10 @@ PetscInt MPMCut(const MPMBody *b, PetscInt dim, const PetscReal place[], PetscRe
     places *= 3;
   }
   if (!b->memo) return MPMCutParts(dim);
+  if (b->round) X[0] = MPMAtWallsRadius(b, place[0]);
   for (PetscInt q = 0; q < places; q++) {
     Neighbour(b, dim, ijk, q, to, y);
-    if (!MPMRegionInside(&b->region, dim, y)) out[nout++] = q;
+    if (!Inside(b, dim, y) && !(b->round && y[0] < 0)) out[nout++] = q;
   }
   if (!nout) return MPMCutParts(dim);
   count = SPLIT * Parts(b, dim, place, sum);
@@ -172,7 +188,7 @@ PetscInt MPMCut(const MPMBody *b, PetscInt dim, const PetscReal place[], PetscRe
       sum[d] += (o->sum[d] + (PetscReal)(o->parts * (PetscInt)(to[d] - ijk[d]))) * (PetscReal)(SPLIT / o->sharing);
   }
   count = PetscMax(1, count); /* a shape thinner than a part may lie between their centres */
-  for (PetscInt d = 0; d < dim; d++) X[d] = place[d] + sum[d] / (PetscReal)count * b->b[d];
+  for (PetscInt d = 0; d < dim; d++) X[d] += sum[d] / (PetscReal)count * b->b[d];
   return count;
 }
 
@@ -185,16 +201,94 @@ static PetscInt Most(PetscInt dim)
   return n;
 }
 
-void MPMCutNote(MPMBody *b, PetscInt parts)
+/* --- Kinds -------------------------------------------------------------------------------------------------------- */
+
+/* Returns the kind of a particle of a body of revolution, before it is in the table. row: that of a whole place. */
+static MPMKind Ring(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[], PetscInt parts,
+                    const PetscReal X[], PetscInt *row)
 {
-  if (b->cut) b->cut[parts] = 1;
+  const PetscReal share = (PetscReal)parts / (PetscReal)MPMCutParts(2) * (X[0] / MPMAtWallsRadius(b, place[0]));
+  MPMKind         kind;
+
+  *row = MPMAtWallsKind(scene, core, b, place);
+  kind = scene->kinds[*row];
+  kind.V0 *= share;
+  kind.m *= share;
+  return kind;
+}
+
+/* Compares kinds by their volumes and masses. */
+static int Compare(const void *first, const void *second)
+{
+  const MPMKind *a = (const MPMKind *)first, *b = (const MPMKind *)second;
+
+  return a->V0 != b->V0 ? (a->V0 < b->V0 ? -1 : 1) : a->m != b->m ? (a->m < b->m ? -1 : 1) : 0;
+}
+
+/* Sorts n kinds and leaves one of those that are equal. */
+static void Unique(MPMKind rings[], PetscInt *n)
+{
+  PetscInt last = 0;
+
+  qsort(rings, (size_t)*n, sizeof *rings, Compare);
+  for (PetscInt k = 1; k < *n; k++)
+    if (Compare(rings + last, rings + k)) rings[++last] = rings[k];
+  *n = PetscMin(*n, last + 1);
+}
+
+PetscErrorCode MPMCutNote(const MPMScene *scene, const MPMCore *core, MPMBody *b, const PetscReal place[], PetscInt parts,
+                          const PetscReal X[])
+{
+  PetscInt row;
+
+  PetscFunctionBeginUser;
   b->parts += parts;
+  if (b->cut) b->cut[parts] = 1;
+  if (b->memo && b->round) {
+    const MPMKind kind = Ring(scene, core, b, place, parts, X, &row);
+
+    if (!Compare(&kind, scene->kinds + row)) PetscFunctionReturn(PETSC_SUCCESS);
+    if ((b->nrings & (b->nrings + 1)) == 0)
+      PetscCall(PetscRealloc((size_t)(2 * b->nrings + 1) * sizeof kind, &b->rings)); /* there is room for 2^k - 1 */
+    b->rings[b->nrings++] = kind;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMCutBegin(MPMBody *b, PetscInt dim)
 {
   PetscFunctionBeginUser;
-  if (b->memo) PetscCall(PetscCalloc1(Most(dim) + 1, &b->cut));
+  if (b->memo && !b->round) PetscCall(PetscCalloc1(Most(dim) + 1, &b->cut));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the kinds of cut places that any process has found to the table, sorted. Collective on comm. */
+static PetscErrorCode GatherRings(MPMScene *scene, MPI_Comm comm, MPMBody *b)
+{
+  PetscMPIInt size, bytes, *count, *from;
+  PetscInt    all = 0;
+  MPMKind    *rings;
+
+  PetscFunctionBeginUser;
+  Unique(b->rings, &b->nrings);
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMalloc2(size, &count, size, &from));
+  bytes = (PetscMPIInt)((size_t)b->nrings * sizeof *rings);
+  PetscCallMPI(MPI_Allgather(&bytes, 1, MPI_INT, count, 1, MPI_INT, comm));
+  for (PetscMPIInt k = 0; k < size; all += count[k++]) from[k] = (PetscMPIInt)all;
+  PetscCall(PetscMalloc1(all / (PetscInt)sizeof *rings, &rings));
+  PetscCallMPI(MPI_Allgatherv(b->rings, bytes, MPI_BYTE, rings, count, from, MPI_BYTE, comm));
+  all /= (PetscInt)sizeof *rings;
+  Unique(rings, &all);
+  scene->ncut += all > 0;
+  PetscCall(MPMKindsRoom(scene, all + scene->nbodies));
+  PetscCall(PetscArraycpy(scene->kinds + scene->nkinds, rings, all));
+  b->nrings = all;
+  b->ring   = scene->nkinds;
+  scene->nkinds += all;
+  PetscCall(PetscFree(rings));
+  PetscCall(PetscFree(b->rings));
+  PetscCall(PetscFree2(count, from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,6 +301,10 @@ PetscErrorCode MPMCutEnd(MPMScene *scene, const MPMCore *core, MPMBody *b)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->parts, 1, MPIU_INT64, MPI_SUM, core->comm));
   if (!b->memo) PetscFunctionReturn(PETSC_SUCCESS);
+  if (b->round) {
+    PetscCall(GatherRings(scene, core->comm, b));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, b->cut, (PetscMPIInt)(most + 1), MPIU_INT, MPI_MAX, core->comm));
   b->cut[whole] = 0;
   for (PetscInt k = 0; k <= most; k++) n += b->cut[k];
@@ -224,7 +322,23 @@ PetscErrorCode MPMCutEnd(MPMScene *scene, const MPMCore *core, MPMBody *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscInt MPMCutKind(const MPMBody *b, PetscInt dim, PetscInt parts)
+PetscInt MPMCutKind(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[], PetscInt parts,
+                    const PetscReal X[])
 {
-  return parts == MPMCutParts(dim) ? b->kind : b->cut[parts];
+  PetscInt row, from = b->ring, to = b->ring + b->nrings; /* it is in from .. to-1 */
+  MPMKind  kind;
+
+  if (!b->columns) return parts == MPMCutParts(core->grid.dim) ? b->kind : b->cut[parts];
+  if (!b->memo) return MPMAtWallsKind(scene, core, b, place);
+  kind = Ring(scene, core, b, place, parts, X, &row);
+  if (!Compare(&kind, scene->kinds + row)) return row;
+  while (to - from > 1) {
+    const PetscInt middle = (from + to) / 2;
+
+    if (Compare(&kind, scene->kinds + middle) < 0)
+      to = middle;
+    else
+      from = middle;
+  }
+  return from;
 }

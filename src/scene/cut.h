@@ -5,7 +5,7 @@
 
 #include "scene/scene.h"
 
-/* Reads whether bodies are cut; those of revolution are not. The first fault is left in o. Not collective. */
+/* Reads whether bodies are cut; those of revolution are so in the updated frame only if it is asked for. The first fault is left in o. Not collective. */
 PetscErrorCode MPMCutSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 
 /* Returns how many parts of MPMCutParts(dim) to a place the particle with lattice place `place` [dim], m, has, and sets X
@@ -13,12 +13,14 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscInt MPMCutParts(PetscInt dim);
 PetscInt MPMCut(const MPMBody *, PetscInt dim, const PetscReal place[], PetscReal X[]);
 
-/* Begin to note which numbers of parts a body's particles have, note one, and add the kinds of all that there are to those
-   of the scene, where the body's own kind is known; the last is collective on core->comm. The fourth function returns the
-   kind of a particle with so many parts. */
+/* Begin to note what parts of places a body's particles have, note one, and add the kinds of all that there are to those of
+   the scene, where the body's own kind is known; the last is collective on core->comm. The fourth function returns the
+   kind of a particle, for which MPMCut gave the parts and X. */
 PetscErrorCode MPMCutBegin(MPMBody *, PetscInt dim);
-void           MPMCutNote(MPMBody *, PetscInt parts);
+PetscErrorCode MPMCutNote(const MPMScene *, const MPMCore *, MPMBody *, const PetscReal place[], PetscInt parts,
+                          const PetscReal X[]);
 PetscErrorCode MPMCutEnd(MPMScene *, const MPMCore *, MPMBody *);
-PetscInt       MPMCutKind(const MPMBody *, PetscInt dim, PetscInt parts);
+PetscInt MPMCutKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal place[], PetscInt parts,
+                    const PetscReal X[]);
 
 #endif

@@ -170,12 +170,14 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
     MPMBody   *b = &scene->bodies[k];
     MPMLattice w = MPMLatticeShare(scene, b, core->grid.dim, rank, scene->shares);
     PetscReal  place[3], X[3];
+    PetscInt   parts;
 
     PetscCall(MPMCutBegin(b, w.dim));
     while (MPMLatticeNext(&w))
       for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
         MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, place);
-        MPMCutNote(b, MPMCut(b, w.dim, place, X));
+        parts = MPMCut(b, w.dim, place, X);
+        PetscCall(MPMCutNote(scene, core, b, place, parts, X));
         PetscCall(MPMFillCheck(scene, core, o, b, place, X));
       }
   }
@@ -244,7 +246,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) RefuseEmpty(o, &core->grid, b);
-    if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given));
+    if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given && !b->memo));
     if (!core->grid.round) FindKind(scene, o, dim, b);
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
@@ -263,7 +265,7 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
-  if (!core->grid.total) MPMAtWallsMove(scene, core, b, x);
+  MPMAtWallsMove(scene, core, b, x);
   if (!core->grid.total && MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched)
     MPMStretch((int)dim, F, V);
   if (scene->initial && core->needs.stretched) {
@@ -361,7 +363,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   if (b->round && b->velocity && core->needs.affine) PetscCall(MPMSceneStartAffine(core, b, x, view->C + p * dim * dim));
   view->id[p] = id;
-  if (view->kind) view->kind[p] = b->columns ? MPMAtWallsKind(scene, core, b, place) : MPMCutKind(b, dim, parts);
+  if (view->kind) view->kind[p] = MPMCutKind(scene, core, b, place, parts, X);
   if (view->depth) MPMRimDepth(scene, b, dim, place, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, NULL, view->chosen + p));
   if (core->needs.rim && !b->points) {
@@ -372,7 +374,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];
-    if (view->X) view->X[p * dim + d] = X[d];
+    if (view->X) view->X[p * dim + d] = core->grid.total && b->round ? x[d] : X[d];
     if (view->l) view->l[p * dim + d] = l[d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);

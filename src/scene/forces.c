@@ -157,7 +157,9 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   const PetscInt     dim = core->grid.dim, *depth = view->depth ? view->depth + 2 * dim * p : NULL;
   const MPMBody     *body = &scene->bodies[load->body];
   const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind];
-  const PetscReal    whole = body->round ? kind->V0 : scene->kinds[body->kind].V0;
+  const PetscReal    whole = !body->round ? scene->kinds[body->kind].V0
+                             : body->memo ? 2 * PETSC_PI * view->X[p * dim] * body->b[0] * body->b[1]
+                                          : kind->V0;
   const MPMMaterial *m    = &scene->materials[body->material];
   const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
   PetscReal          F[9], cofactor[9];

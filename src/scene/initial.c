@@ -49,7 +49,7 @@ static PetscErrorCode ReadRatios(const MPMScene *scene, MPMInitial *in, MPMOptio
 /* Reads -initial_stress and -body_<b>_deformation. The first fault is left in o. Not collective. */
 PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
-  const PetscInt dim                = core->grid.dim;
+  const PetscInt dim                = core->grid.dim, n = dim * (dim + 1) / 2 + core->grid.round;
   char           what[MPM_TEXT_LEN] = "none";
   PetscInt       axes               = 0;
   PetscBool      deformed           = PETSC_FALSE;
@@ -81,9 +81,8 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
   in->stressed = PETSC_TRUE;
   if (strcasecmp(what, "k0")) {
     if (dim > 1 && !strpbrk(what, ",")) /* no formula, but a word */
-      MPMOptionsFail(o, "-initial_stress %.100s: choose none, k0, or a formula of %" PetscInt_FMT " components", what,
-                     dim * (dim + 1) / 2);
-    PetscCall(MPMOptionsExpression(o, "initial_stress", NULL, "xyz", dim * (dim + 1) / 2, &in->stress));
+      MPMOptionsFail(o, "-initial_stress %.100s: choose none, k0, or a formula of %" PetscInt_FMT " components", what, n);
+    PetscCall(MPMOptionsExpression(o, "initial_stress", NULL, "xyz", n, &in->stress));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (PetscInt d = 0; d < dim; d++)
@@ -245,6 +244,7 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
       PetscCall(MPMExpressionEvaluate(in->stress, dim, X, NULL, 0, value));
       for (int d = 0, k = 0; d < dim; d++)
         for (int e = d; e < dim; e++) tau[MPMSymIndex(d, e)] = value[k++];
+      if (m->round) tau[5] = value[3];
     } else {
       PetscCall(Weight(scene, core, X, &weight));
       for (int d = 0; d < 3; d++) tau[MPMSymIndex(d, d)] = d == in->axis ? -weight : -in->k0[b->material] * weight;
@@ -253,8 +253,8 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   }
   if (!why) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, X, at);
-  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
-  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
+  Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
+  Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else
@@ -277,6 +277,7 @@ PetscErrorCode MPMInitialSet(const MPMScene *scene, const MPMCore *core, const M
   PetscFunctionBeginUser;
   PetscCall(MPMInitialState(scene, core, b, X, &s, wrong)); /* nothing is wrong: that was checked before */
   for (PetscInt k = 0; k < dim * dim && view->F && (m->state & MPM_BIT(F)); k++) view->F[p * dim * dim + k] = s.F[k];
+  if (view->F33 && (m->state & MPM_BIT(F33))) view->F33[p] = s.F33;
   if (view->J && (m->state & MPM_BIT(J))) view->J[p] = s.J;
   for (int k = 0; k < MPM_SYM_NC((int)dim); k++) {
     const PetscInt at = p * MPM_SYM_NC((int)dim) + k;

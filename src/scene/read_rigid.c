@@ -287,8 +287,43 @@ static PetscBool IsCutBy(const MPMRegion *r, const MPMGrid *grid, PetscInt axis,
   return PETSC_FALSE;
 }
 
-/* Refuses a free body that starts in a wall or beyond the grid, or that a plane of symmetry cuts. */
-static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o, const MPMRigid *r)
+/* Returns whether the plane through `plane` on an axis is one of symmetry of a body, to BESIDE cells. */
+static PetscBool IsSymmetric(const MPMRigid *r, const MPMGrid *grid, PetscInt axis, PetscReal plane)
+{
+  PetscReal       x[3], n[3];
+  const PetscReal most = BESIDE * MPMGridSmallestH(grid);
+  PetscBool       same = PetscAbsReal(r->pivot[axis] - plane) <= most ? PETSC_TRUE : PETSC_FALSE;
+
+  for (PetscInt k = 0; k < r->npoints && same && !MPMRigidIsRound(r); k++) {
+    MPMRigidPoint(r, k, x);
+    x[axis] = 2 * plane - x[axis];
+    same    = PetscAbsReal(MPMRigidDistance(r, grid->dim, x, n)) <= most ? PETSC_TRUE : PETSC_FALSE;
+  }
+  return same;
+}
+
+/* Lets the plane of a wall hold a free body that it cuts in half; refuses what the body cannot do there. */
+static void Hold(const MPMBody *b, MPMOptions o, PetscInt face, MPMRigid *r)
+{
+  const PetscInt axis = face / 2;
+
+  if (r->velocity[axis] != 0)
+    MPMOptionsFail(o,
+                   "-body_%s_velocity has %g along %c, and the plane of symmetry %s through %s (-bc_%s_type slip) lets it "
+                   "move along itself only",
+                   r->name, (double)r->velocity[axis], "xyz"[axis], MPMFaceNames[face], r->name, MPMFaceNames[face]);
+  for (PetscInt d = 0; d < 3; d++)
+    if (d != axis && r->spin[d] != 0)
+      MPMOptionsFail(o,
+                     "-body_%s_spin %g does not apply: with the plane of symmetry %s through %s (-bc_%s_type slip) it "
+                     "turns about the normal of that only, in 2-D not at all",
+                     r->name, (double)r->spin[d], MPMFaceNames[face], r->name, MPMFaceNames[face]);
+  MPMRigidHold(r, face, b->rho > 0 ? 0.5 : 1);
+}
+
+/* Lets planes of symmetry hold a free body; refuses one that starts in a wall or beyond the grid, or has such a plane beside
+   its middle. */
+static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o, const MPMBody *b, MPMRigid *r)
 {
   const MPMGrid *grid = &core->grid;
 
@@ -315,15 +350,22 @@ static void CheckWalls(const MPMScene *scene, const MPMCore *core, MPMOptions o,
                      "move it into the grid",
                      r->name, (double)-gap, MPMFaceNames[k]);
     if (type == MPM_WALL_periodic) continue;
+    if (gap < -TOUCHES * MPMGridSmallestH(grid) && type == MPM_WALL_slip && grid->dim > 1 &&
+        IsSymmetric(r, grid, k / 2, plane)) {
+      Hold(b, o, k, r);
+      continue;
+    }
     if (gap < -TOUCHES * MPMGridSmallestH(grid))
       MPMOptionsFail(o, "the rigid body %s starts %g m inside the wall %s (-bc_%s_type %s): move it into the grid%s",
                      r->name, (double)-gap, MPMFaceNames[k], MPMFaceNames[k], MPMWallNames[type],
-                     type == MPM_WALL_slip ? "; a free rigid body is whole, a plane of symmetry does not cut it" : "");
+                     type == MPM_WALL_slip && grid->dim > 1
+                         ? "; a wall of type slip holds it as a plane of symmetry if both halves are alike"
+                         : "");
     if (type == MPM_WALL_slip && IsCutBy(r->shape, grid, k / 2, plane, sign))
       MPMOptionsFail(o,
-                     "-body_%s_%s cuts the free rigid body %s at the wall %s (-bc_%s_type slip), which would not hold "
-                     "it as a plane of symmetry does: make the scene whole; a body that is flat there stands on a wall of "
-                     "-bc_%s_type separate",
+                     "-body_%s_%s cuts the free rigid body %s at the wall %s (-bc_%s_type slip), which holds "
+                     "the half of a whole shape only, as a plane of symmetry: give the shape without the cut; a body that is "
+                     "flat there stands on a wall of -bc_%s_type separate",
                      r->name, r->shape->nwithin ? "within" : r->shape->ncut ? "cut" : "expression", r->name,
                      MPMFaceNames[k], MPMFaceNames[k], MPMFaceNames[k]);
   }
@@ -369,7 +411,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     PetscCall(MakeRigid(core, &first[k], o, &r->body[r->n]));
     if (first[k].rigid == MPM_RIGID_MOVING) r->driven = PETSC_TRUE;
     if (r->body[r->n].free) r->free = PETSC_TRUE;
-    if (!MPMOptionsError(o)) CheckWalls(scene, core, o, &r->body[r->n]);
+    if (!MPMOptionsError(o)) CheckWalls(scene, core, o, &first[k], &r->body[r->n]);
     r->n++;
   }
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -19,6 +19,8 @@ static void CheckBody(const MPMBody *b, MPMOptions o)
                    b->name);
     return;
   }
+  if (b->deformation)
+    MPMOptionsFail(o, "-body_%s_deformation does not apply: with -geometry axisymmetric give -initial_stress", b->name);
   if (b->alone) return; /* a shape that cuts others may be anywhere */
   MPMRegionBounds(&b->region, 2, lower, upper);
   if (lower[0] < 0 && !IsMirrored(&b->region))
@@ -52,10 +54,6 @@ PetscErrorCode MPMSceneCheckRound(MPMScene *scene, MPMCore *core, MPMOptions o)
   if (scene->known && MPMKnownStarts(scene))
     MPMOptionsFail(o, "-mms_type and -reference_type do not apply: with -geometry axisymmetric the known solution is "
                       "-reference_type expression");
-  if (scene->initial)
-    MPMOptionsFail(o,
-                   "-initial_stress and -body_<b>_deformation do not apply: with -geometry axisymmetric bodies start "
-                   "without stress");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -105,7 +105,7 @@ void MPMRimUndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, cons
       for (PetscInt e = 0; e < dim; e++) back[d] += cofactor[e * dim + d] * rim[e] / MPMDet((int)dim, F);
     for (PetscInt d = 0; d < dim; d++) rim[d] = back[d];
   } else if (scene->materials[b->material].type->traits & MPM_FLUID)
-    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (PetscReal)dim);
+    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (b->round ? 3 : (PetscReal)dim));
 }
 
 /* Returns how many lattice places in sequence from x [dim], m, along side k are in the body, that of x too; at most

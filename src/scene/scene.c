@@ -366,6 +366,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
     PetscCall(MPMSceneDestroyRegion(&scene->bodies[k].region));
     PetscCall(MPMPointsDestroy(&scene->bodies[k].points));
     PetscCall(PetscFree(scene->bodies[k].cut));
+    PetscCall(PetscFree(scene->bodies[k].rings));
   }
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));

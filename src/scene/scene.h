@@ -43,6 +43,8 @@ typedef struct {
   PetscBool     round;                  /* is it a body of revolution? */
   PetscInt64    column;                 /* of these: the first column of its lattice, */
   PetscInt     *columns, ncolumns;      /* and kinds [ncolumns][9] by column and walls, or NULL; see at_walls.c */
+  MPMKind      *rings;                  /* those of its cut places, until the scene's table has them; */
+  PetscInt      ring, nrings;           /* there they are rows ring .. ring+nrings-1 (cut.c) */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 

@@ -165,7 +165,7 @@ static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, Pe
   if (decides) more = PetscMax(more, -col->press);
   col->press += more;
   for (PetscInt d = 0; d < 3; d++) J[d] = more * col->n[d];
-  if (rubs && mu > 0) {
+  if (rubs && mu > 0 && !col->slips) {
     PetscReal brake[3], inverse = col->across;
 
     if (free) {
@@ -293,17 +293,19 @@ static PetscReal AddTo(MPMRigid *rigid, PetscInt dim, const PetscReal x[], const
 }
 
 /* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work, and what
-   free ones give is no loss. */
+   free ones give is no loss. What pushes particles of fluids out of a body counts as the relaxation of volumes does. */
 static void Account(MPMCore *core, PetscBool advance)
 {
-  const MPMContacts *c    = core->contacts;
-  PetscReal          work = 0, taken = 0;
+  const MPMContacts *c       = core->contacts;
+  const PetscBool    relaxes = MPMVolumesRelax(core);
+  PetscReal          work = 0, taken = 0, pushed = 0;
   PetscMPIInt        rank;
 
   for (const MPMContactColumn *col = c->column; col < c->column + c->ncolumns; col++) {
     MPMRigid *rigid = c->pair[col->pair].rigid;
     PetscReal J[3], by;
 
+    if (relaxes && c->pair[col->pair].flows) pushed += col->press * PetscMax(0, col->least);
     if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
     for (PetscInt d = 0; d < 3; d++) J[d] = col->press * col->n[d] + col->brake[d];
     by = AddTo(rigid, core->grid.dim, col->at, J);
@@ -320,9 +322,10 @@ static void Account(MPMCore *core, PetscBool advance)
     work += by; /* it is not free */
   }
   (void)MPI_Comm_rank(core->exchange.data, &rank);
-  if (rank || !core->energy.on || taken == 0) return;
+  if (rank || !core->energy.on) return;
   MPMSumAdd(&core->energy.sum[MPM_ENERGY_rigid], work);
-  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -taken);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_volumes], pushed);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -taken - pushed);
 }
 
 /* One round: columns, free rigid bodies at walls, and ties. Returns the largest change of a velocity, m/s. (PetscMax is a

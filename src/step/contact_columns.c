@@ -137,11 +137,16 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   to->least = dt > 0        ? -(pair->flows ? to->gap : PetscMax(0, to->gap)) / dt
               : to->gap > 0 ? -PETSC_INFINITY
                             : 0; /* dt 0: no step yet */
+  for (int side = 0; side < 2 && pair->mu == PETSC_INFINITY && pair->flows; side++)
+    if (!pair->soft[side] &&
+        c->node[c->part[to->first].node].near[side][axis] > HeldWithin(core->basis) * core->grid.h[axis])
+      to->slips = PETSC_TRUE;
   if (!pair->rigid) return PETSC_TRUE;
   SetPlace(core, to);
   MPMRigidVelocity(pair->rigid, core->grid.dim, to->at, V);
   if (dt > 0) to->least = -room / dt;
   for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
+  if (!pair->flows) to->least = PetscMin(0, to->least); /* or a body that turns would give more than it loses */
   return PETSC_TRUE;
 }
 

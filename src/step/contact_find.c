@@ -321,6 +321,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       if (p->a == kind->copy || p->b == kind->copy)
         p->flows = p->flows || (p->rigid ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE
                                                                                                     : PETSC_FALSE;
+      if ((p->a == kind->copy || p->b == kind->copy) && !MPMMaterialKeepsShape(m))
+        p->soft[p->b == kind->copy] = PETSC_TRUE;
     }
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }

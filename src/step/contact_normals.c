@@ -238,14 +238,6 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns how near nodes have to be to a rigid body that is tied to be held, in cells along an axis. The last held node of
-   a line is then as often outside as inside of the place from which the matter stretches as if it were held there: the
-   node itself, with splines 1/4 and 1/3 of a cell behind it (measured 0.24 and 0.33), which is sum phi (x_i - x)^2/h^2. */
-static PetscReal Tied(MPMBasis basis)
-{
-  return 0.5 + 1e-9 + (MPMBasisIsSpline(basis) ? 1 / (PetscReal)MPMBasisInertia(basis) : 0);
-}
-
 /* Does so, or sets the normal of a rigid body at a node that is near its surface. */
 static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *fit, PetscReal n[])
 {
@@ -260,7 +252,7 @@ static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *
   for (PetscInt d = 1; d < grid->dim; d++)
     if (PetscAbsReal(n[d]) > PetscAbsReal(n[axis])) axis = d;
   if (pair->rigid->tied)
-    return distance <= Tied(core->basis) * PetscAbsReal(n[axis]) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
+    return distance <= HeldWithin(core->basis) * PetscAbsReal(n[axis]) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
   if (pair->flows && distance > OUTSIDE * grid->h[axis]) return PETSC_FALSE;
   return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
 }

@@ -23,12 +23,6 @@ MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, Pe
   return walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE; /* those of other copies too */
 }
 
-/* Returns the mass of node n, number i on x, along axis d; round: of bodies of revolution. */
-MPM_INLINE PetscReal Mass(int round, const MPMGrid *grid, const MPMNode *n, PetscInt i, int d)
-{
-  return round ? MPMNodeMass(grid, n, i, d) : n->m;
-}
-
 /* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a
    particle exactly on a grid line reads a node without mass: its weight there is 0, but its gradient is not. */
 MPM_INLINE void Divide(int dim, int round, const MPMFace (*faces)[2], const MPMGrid *grid, const MPMNodes *r,
@@ -41,7 +35,7 @@ MPM_INLINE void Divide(int dim, int round, const MPMFace (*faces)[2], const MPMG
     const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
 
-    for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) : 0;
+    for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) : 0;
     if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
@@ -84,7 +78,7 @@ MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid 
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
 
     for (int d = 0; d < dim; d++) {
-      a[d]      = n->m > 0 ? n->f[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->gravity[d] : 0;
+      a[d]      = n->m > 0 ? n->f[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) + par->gravity[d] : 0;
       before[d] = v[d];
       v[d]      = v[d] + par->kick * a[d];
     }
@@ -110,7 +104,7 @@ MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid 
 
     for (int d = 0; d < dim; d++)
       if (n->m > 0 && !MPMNodeMet(r->value.met[i], d))
-        v[d] += n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->kick * a[d];
+        v[d] += n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) + par->kick * a[d];
     if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
@@ -131,7 +125,7 @@ MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MP
 
     for (int d = 0; d < dim; d++) {
       kept[d] = v[d];
-      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) : 0;
+      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) : 0;
     }
     if (!Walled(r, walled, lo, hi, i, ijk)) continue;
     (void)MPMWallsApply(faces, grid, ijk, 0, v);

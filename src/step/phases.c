@@ -183,7 +183,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if ((core->pistons || core->contacts) && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
       phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
-    if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | (core->needs.barred ? B(bar) : 0);
+    if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | B(F33) | (core->needs.barred ? B(bar) : 0);
     if ((phase->parts & MPM_G2P_TOTAL) && core->needs.barred) {
       phase->particles_in |= B(bar);
       phase->particles_out |= B(bar);

@@ -100,10 +100,10 @@ PetscErrorCode MPMRigidsBegin(MPMCore *core)
     for (PetscInt d = 0; d < 3; d++) {
       r->before[d]     = r->velocity[d];
       r->before[3 + d] = r->spin[d];
-      if (r->free && d < dim) r->velocity[d] += core->params.kick * core->params.gravity[d];
+      if (r->free && d < dim && !MPMRigidIsHeld(r, d)) r->velocity[d] += core->params.kick * core->params.gravity[d];
     }
     for (PetscInt face = 0; face < 2 * dim && r->free; face++)
-      if (!MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_OPEN))
+      if (!(r->held >> face & 1) && !MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_OPEN))
         PetscCall(FindSupports(core, k, face));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -251,7 +251,7 @@ void MPMRigidsCheck(MPMCore *core)
     for (PetscInt d = 0; d < core->grid.dim && r->free && !core->stop[0]; d++) {
       const PetscReal at = r->pivot[d] + r->place[d];
 
-      if (!(at >= core->grid.lower[d] && at <= core->grid.upper[d]))
+      if (!MPMRigidIsHeld(r, d) && !(at >= core->grid.lower[d] && at <= core->grid.upper[d]))
         (void)snprintf(core->stop, sizeof core->stop,
                        "the rigid body %s left the grid, to %c = %g m; enlarge the grid (-grid_%s), close it by a wall "
                        "(-bc_%s_type), or choose an earlier -time_end",

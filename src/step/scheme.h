@@ -52,17 +52,20 @@ typedef struct {
 
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
    (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.8 (0.4 if that is below
-   0.15). grows: with steps of C, noise of particles that cross cells gets ten times its energy in grows/C^2 steps; 0: not
-   known. A method that stable.def does not have is not `known`: its bounds are infinite, and cfl is 0.4. Basis, method,
+   0.15). With steps of C, noise of particles that cross cells gets ten times its energy in grows/C^2 steps or, at the
+   fastest, in above/(C - crossing); 0: not known. A method that stable.def does not have is not `known`: its bounds are infinite, and cfl is 0.4. Basis, method,
    params.strain and params.flip have to be set. With: of another basis and update. Not collective. */
 #define MPM_STABLE_MARGIN  1.15
 #define MPM_STABLE_LONGEST 0.8
 typedef struct {
   PetscBool known;
-  PetscReal rest, crossing, cfl, grows;
+  PetscReal rest, crossing, cfl, grows, above;
 } MPMStable;
 MPMStable MPMStableOf(const MPMCore *, const MPMMethod *);
 MPMStable MPMStableWith(const MPMCore *, const MPMMethod *, MPMBasis, const char update[]);
+
+/* Returns in how many steps of C noise gets ten times its energy; 0: not known. */
+PetscReal MPMStableTenfold(const MPMStable *, PetscReal C);
 
 /* The update that warnings advise. */
 #define MPM_UPDATE_ADVISED "usl"

@@ -12,12 +12,14 @@ static const struct {
 } rows[] = {
 #define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps)
+#define MPM_GROWS_ABOVE(basis, update, ...)
 #define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
+#undef MPM_GROWS_ABOVE
 #undef MPM_WRONG
 };
 
@@ -29,11 +31,31 @@ static const struct {
 #define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
+#define MPM_GROWS_ABOVE(basis, update, ...)
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
+#undef MPM_GROWS_ABOVE
+#undef MPM_WRONG
+};
+
+static const struct {
+  const char *update;
+  MPMBasis    basis;
+  PetscReal   steps[NUM_KINDS];
+} above[] = {
+#define MPM_WRONG(basis, update, transfer, least, most)
+#define MPM_STABLE_TOTAL(basis, first, second, third)
+#define MPM_GROWS(basis, update, steps)
+#define MPM_GROWS_ABOVE(basis, update, ...) {#update, MPM_BASIS_##basis, {__VA_ARGS__}},
+#define MPM_STABLE(basis, update, rest, affine, ...)
+#include "step/stable.def"
+#undef MPM_STABLE
+#undef MPM_STABLE_TOTAL
+#undef MPM_GROWS
+#undef MPM_GROWS_ABOVE
 #undef MPM_WRONG
 };
 
@@ -44,24 +66,28 @@ static const struct {
 } wrong[] = {
 #define MPM_WRONG(basis, update, transfer, least, most) {#update, #transfer, MPM_BASIS_##basis, {least, most}},
 #define MPM_GROWS(basis, update, steps)
+#define MPM_GROWS_ABOVE(basis, update, ...)
 #define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
+#undef MPM_GROWS_ABOVE
 #undef MPM_WRONG
 };
 
 static const PetscReal total[MPM_NUM_BASES][MPM_MAX_MASS] = {
 #define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps)
+#define MPM_GROWS_ABOVE(basis, update, ...)
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #define MPM_STABLE_TOTAL(basis, first, second, third) [MPM_BASIS_##basis] = {first, second, third},
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_STABLE_TOTAL
 #undef MPM_GROWS
+#undef MPM_GROWS_ABOVE
 #undef MPM_WRONG
 };
 
@@ -90,7 +116,7 @@ MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
 
 MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis basis, const char update[])
 {
-  MPMStable stable = {PETSC_FALSE, PETSC_INFINITY, PETSC_INFINITY, 0.4, 0};
+  MPMStable stable = {PETSC_FALSE, PETSC_INFINITY, PETSC_INFINITY, 0.4, 0, 0};
   int       rest, crossing;
 
   if (method->transfer->bounds == MPM_BOUNDS_TOTAL) { /* in twentieths; beyond 0.7 the error of dt^2 leads */
@@ -111,7 +137,15 @@ MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis b
     stable.cfl = PetscMin(MPM_STABLE_LONGEST, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
   for (size_t k = 0; k < sizeof grows / sizeof grows[0]; k++)
     if (grows[k].basis == basis && !strcmp(grows[k].update, update) && crossing == FLIP) stable.grows = grows[k].steps;
+  for (size_t k = 0; k < sizeof above / sizeof above[0]; k++)
+    if (above[k].basis == basis && !strcmp(above[k].update, update)) stable.above = above[k].steps[crossing];
   return stable;
+}
+
+PetscReal MPMStableTenfold(const MPMStable *stable, PetscReal C)
+{
+  if (stable->grows > 0) return stable->grows / (C * C);
+  return stable->above > 0 && C > stable->crossing ? stable->above / (C - stable->crossing) : 0;
 }
 
 const PetscReal *MPMStableWrong(const MPMCore *core, const MPMMethod *method)

@@ -20,8 +20,8 @@ static PetscErrorCode PoisonStep(MPMCore *core)
     if (MPMFields[f].home == MPM_SCRATCH) scratch |= 1 << f;
   PetscCall(MPMPoisonFields(&core->particles, scratch, 0));
   PetscCall(MPMExchangeOpenNodes(core));
-  for (size_t i = 0; i < nodes && core->grid.total; i++) { /* the masses of the total frame stay */
-    MPMPoison(patch->node[i].p, sizeof patch->node[i].p);
+  for (size_t i = 0; i < nodes && core->grid.total; i++) { /* the masses of the total frame stay (round.h) */
+    MPMPoison(patch->node[i].p, (core->grid.round ? 2 : 3) * sizeof *patch->node[i].p);
     MPMPoison(patch->node[i].f, sizeof patch->node[i].f);
   }
   if (!core->grid.total) MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);

@@ -3,6 +3,7 @@
    make accelerations, with the mass matrix to the order that is asked for, these make v, and v makes u. Particles get
    x, v and F from the nodes. The kernels below follow a transfer to the nodes; docs/method.md has the equations (The total
    frame), and total_start.c what comes before the first step. */
+#include "kernels/round.h"
 #include "physics/wall.h"
 #include "step/step.h"
 
@@ -27,40 +28,43 @@ MPM_INLINE void Hold(const MPMParams *par, const MPMGrid *grid, const MPMNodes *
 /* Sets the acceleration a [dim] of node i, m/s^2: f/m + g, or `again` corrects it by (f - p)/m + g, where p are the sums of
    what the particles read of a, so that each correction brings it nearer to the solution of M a = f + M g with the full
    mass matrix M. Walls hold it: with what force, N, `wall` [dim] gets if it is not NULL. The sum of these over the nodes
-   of all walls is the force on the body, since sum p = sum m a before the correction. */
-MPM_INLINE void Acceleration(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled,
-                             int again, PetscInt i, PetscReal a[], PetscReal wall[])
+   of all walls is the force on the body, since sum p = sum m a before the correction; of bodies of revolution (`round`)
+   along the axis only, since m is that of MPMNodeMass. */
+MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                             PetscBool walled, int again, PetscInt i, PetscReal a[], PetscReal wall[])
 {
   const MPMNode   *n = r->sum + i;
   const PetscReal *v = r->state + i * MPM_MOTION_NC(dim) + dim;
-  PetscReal        now[3], trial[3];
+  PetscReal        now[3], trial[3], m[3];
 
   for (int d = 0; d < dim; d++) {
-    const PetscReal more = n->m > 0 ? (again ? n->f[d] - n->p[d] : n->f[d]) / n->m + par->gravity[d] : 0;
+    PetscReal more;
 
+    m[d]   = MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d);
+    more   = n->m > 0 ? (again ? n->f[d] - n->p[d] : n->f[d]) / m[d] + par->gravity[d] : 0;
     a[d]   = again ? a[d] + more : more;
     now[d] = trial[d] = v[d] + par->kick * a[d];
   }
   Hold(par, grid, r, walled, i, now);
   for (int d = 0; d < dim; d++) {
-    if (wall) wall[d] = now[d] != trial[d] ? n->m * (now[d] - trial[d]) / par->kick : 0;
+    if (wall) wall[d] = now[d] != trial[d] ? m[d] * (now[d] - trial[d]) / par->kick : 0;
     if (now[d] != trial[d]) a[d] = (now[d] - v[d]) / par->kick;
   }
 }
 
 /* Sets the acceleration of all nodes of a row, in the first numbers of the motion. */
-MPM_INLINE void AccelerateRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
 
   for (PetscInt i = r->first; i < r->last; i++)
     if (r->sum[i].m > 0) /* the others move nothing */
-      Acceleration(dim, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
+      Acceleration(dim, round, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
 }
 
 /* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read, and p
    the forces of walls, for the history. */
-MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
 
@@ -69,7 +73,7 @@ MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, cons
 
     if (!(r->sum[i].m > 0)) continue;
     for (int d = 0; d < dim; d++) a[d] = again ? motion[d] : 0;
-    Acceleration(dim, par, grid, r, walled, again, i, a, r->sum[i].p);
+    Acceleration(dim, round, par, grid, r, walled, again, i, a, r->sum[i].p);
     for (int d = 0; d < dim; d++) v[d] += par->kick * a[d];
     Hold(par, grid, r, walled, i, v); /* once more, without rounding */
     for (int d = 0; d < dim; d++) {
@@ -82,7 +86,7 @@ MPM_INLINE void KickRow(int dim, const MPMParams *par, const MPMGrid *grid, cons
 
 /* Sets the first velocity p/m, where p are the sums of the particles' momentum, which are kept as f; `again` corrects it by
    (f - p)/m, as accelerations are corrected. */
-MPM_INLINE void StartRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
 
@@ -92,7 +96,8 @@ MPM_INLINE void StartRow(int dim, const MPMParams *par, const MPMGrid *grid, con
 
     for (int d = 0; d < dim; d++) {
       if (!again) v[d] = 0, n->f[d] = n->p[d];
-      if (n->m > 0) v[d] += (again ? n->f[d] - n->p[d] : n->p[d]) / n->m;
+      if (n->m > 0)
+        v[d] += (again ? n->f[d] - n->p[d] : n->p[d]) / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d);
     }
     Hold(par, grid, r, walled, i, v);
     for (int d = 0; d < dim; d++) r->motion[i * MPM_MOTION_NC(dim) + d] = v[d];
@@ -102,7 +107,7 @@ MPM_INLINE void StartRow(int dim, const MPMParams *par, const MPMGrid *grid, con
 /* Shows the particles the velocities of nodes, in the motion; `again` takes the share 1 - flip of them from p/m, where p are
    the sums of m times what the particles read: the mean of what the nodes around have, which leaves waves of many cells
    and damps those of two. */
-MPM_INLINE void SmoothRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void SmoothRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
 
@@ -110,17 +115,19 @@ MPM_INLINE void SmoothRow(int dim, const MPMParams *par, const MPMGrid *grid, co
     const MPMNode *n = r->sum + i;
     PetscReal     *v = r->state + i * MPM_MOTION_NC(dim) + dim;
 
-    for (int d = 0; d < dim && again && n->m > 0; d++) v[d] += (1 - par->flip) * (n->p[d] / n->m - v[d]);
+    for (int d = 0; d < dim && again && n->m > 0; d++)
+      v[d] += (1 - par->flip) * (n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) - v[d]);
     if (again) Hold(par, grid, r, walled, i, v);
     for (int d = 0; d < dim; d++) r->motion[i * MPM_MOTION_NC(dim) + d] = v[d];
   }
 }
 
 /* Shows the particles the displacements and velocities of nodes as they are. */
-MPM_INLINE void PlaceRow(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void PlaceRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscInt nc = MPM_MOTION_NC(dim);
 
+  (void)round;
   (void)par;
   (void)grid;
   (void)again;
@@ -128,13 +135,18 @@ MPM_INLINE void PlaceRow(int dim, const MPMParams *par, const MPMGrid *grid, con
     for (PetscInt k = 0; k < nc; k++) r->motion[i * nc + k] = r->state[i * nc + k];
 }
 
-/* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
+/* The kernels that scheme.h declares; dim and round are constants in each call. */
 #define NODE_KERNEL(name, what, again)                                                                                 \
   void MPMNodes##name(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
   {                                                                                                                    \
-    if (patch->grid->dim == 1) what(1, par, patch->grid, r, again);                                                    \
-    if (patch->grid->dim == 2) what(2, par, patch->grid, r, again);                                                    \
-    if (patch->grid->dim == 3) what(3, par, patch->grid, r, again);                                                    \
+    if (patch->grid->round)                                                                                            \
+      what(2, 1, par, patch->grid, r, again);                                                                          \
+    else if (patch->grid->dim == 2)                                                                                    \
+      what(2, 0, par, patch->grid, r, again);                                                                          \
+    else if (patch->grid->dim == 1)                                                                                    \
+      what(1, 0, par, patch->grid, r, again);                                                                          \
+    else                                                                                                               \
+      what(3, 0, par, patch->grid, r, again);                                                                          \
   }
 NODE_KERNEL(Accelerate, AccelerateRow, 0)
 NODE_KERNEL(AccelerateAgain, AccelerateRow, 1)

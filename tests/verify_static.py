@@ -1,0 +1,102 @@
+"""Statics (-method_time static) beside exact solutions and limits: what was measured, what is exact, what is allowed.
+
+usage: verify_static.py PEBBLE SOURCE MPIEXEC PART
+
+PART: column reissner cylinder footing
+"""
+import math
+import re
+
+import h5py
+import numpy as np
+
+import check
+
+
+def row(good, name, measured, exact, allowed):
+    check.that(good, f"{name:<52} {measured:<60} exact {exact:<28} allowed {allowed}")
+
+
+def body(shape, dim, law, **more):
+    return [f"-dim {dim}", "-materials m", f"-material_m_model {law}", "-material_m_rho 1000", "-bodies b", f"-body_b_shape {shape}", "-body_b_material m",
+            *(f"-{key} {value}" for key, value in more.items())]
+
+
+def run(name, lines, *options, status=0):
+    """A run; the places of particles at first, how they moved, their stresses, shares of time, and what the run said."""
+    path = check.write(name + ".opts", [*lines, "-method_time static", "-time_end 1", "-checkpoint_wall 0"])
+    told = check.pebble("-options_file", path, "-output_dir", ".", *options, timeout=1200)
+    check.fault(None if told.status == status else f"{name}: exit status {told.status}\n{told.said}")
+    with h5py.File(name + ".h5") as file:
+        steps = sorted(key for key in file if key.startswith("step_"))
+        states = []
+        for step in steps:
+            particles = file[step]["particles"]
+            order = np.argsort(particles["id"][:].ravel())
+            states.append((float(file[step].attrs["time"]), particles["x"][:][order], particles["stress"][:][order]))
+    X = states[0][1]
+    return X, [(time, x - X, stress) for time, x, stress in states], told
+
+
+def column():
+    """As high at first as rho g l/E = 1, nu = 0, in 20 steps: the nominal stress, here also that of Cauchy, is rho g times what
+    is above; neo-Hookean, stretch sqrt(1 + q^2) - q at q = rho g (l - X)/E."""
+    def exact(X):
+        integral = lambda z: (z * math.sqrt(1 + z * z) + math.asinh(z) - z * z) / 2
+        return integral(1) - integral(1 - X)
+
+    y, stress = [], []
+    for n in (16, 32, 64):
+        X, states, _ = run(f"column{n}", body("box", 1, "neohookean", material_m_E=1e6, material_m_nu=0, body_b_lower=0, body_b_upper=1, grid_lower=0, grid_upper=1,
+                                             grid_cells=n, gravity=-1000, bc_xmin_type="fixed", dt_size=0.05))
+        at, found = X[:, 0], states[-1][2].reshape(len(X), -1)[:, 0]
+        y.append(math.sqrt(np.mean((at + states[-1][1][:, 0] - [exact(value) for value in at]) ** 2)))
+        stress.append(math.sqrt(np.mean((found / 1e6 + 1 - at) ** 2)))
+    for what, errors, least, most in (("places, rms over height", y, 1.9, 4.5e-6), ("stress, rms over that of the foot", stress, 1.3, 4e-4)):
+        order = math.log2(errors[-2] / errors[-1])
+        row(order > least and errors[-1] < most, f"column under its weight, {what}, 16, 32, 64", " ".join(f"{e:.2e}" for e in errors) + f" order {order:.2f}", "0",
+            f"{most:g}, order {least}")
+
+
+def reissner():
+    """The cantilever of AMPLE (Coombs and Augarde 2020) beside Reissner's beam, which stretches and shears; over its length."""
+    exact = {0.2: (0.1533, 0.4852), 0.4: (0.3196, 0.6666), 0.6: (0.4258, 0.7454), 0.8: (0.4970, 0.7891), 1.0: (0.5480, 0.8175)}
+    for h in ("0.5", "0.25"):
+        X, states, _ = run("reissner" + h.replace(".", ""), [line for line in check.content(check.scene("reissner")).decode().splitlines()
+                                                              if not re.match(r"-(grid_h|method_time|time_end|output_every) ", line)], "-grid_h", f"{h},{h}", "-output_every", "0.2")
+        end = X[:, 0] > X[:, 0].max() - 1e-9
+        for share, want in exact.items():
+            _, u, _ = min(states, key=lambda state: abs(state[0] - share))
+            found = -u[end].mean(0)[:2] / 10
+            row(max(abs(found / want - 1)) < 0.02, f"cantilever, {100 * share:.0f} kN, h = {h}", f"{found[0]:.4f} {found[1]:.4f}", f"{want[0]:.4f} {want[1]:.4f}", "2 %")
+
+
+def cylinder():
+    """A quarter of a thick cylinder, radii 1 and 2, under pressure from inside of 1e-5 E, beside Lame: the rms of the radial
+    displacement's error over that of the displacement. The surface is a staircase."""
+    errors = []
+    for n in (8, 16, 32):
+        X, states, _ = run(f"cylinder{n}", body("expression", 2, "neohookean", material_m_E=1000, material_m_nu=0.3, body_b_expression='"min(4-x^2-y^2,x^2+y^2-1)"',
+                                               body_b_lower="0,0", body_b_upper="2,2", grid_lower="0,0", grid_upper="2.5,2.5", grid_h=f"{1 / n},{1 / n}", bc_xmin_type="slip",
+                                               bc_ymin_type="slip", loads="p", load_p_body="b", load_p_type="pressure", load_p_value='"0.01*t*(X^2+Y^2<2.25)"', dt_size=0.5))
+        r, u = np.hypot(X[:, 0], X[:, 1]), states[-1][1]
+        want = 1.3 * 0.01 / 1000 / 3 * (0.4 * r + 4 / r)
+        got = (u[:, 0] * X[:, 0] + u[:, 1] * X[:, 1]) / r
+        errors.append(math.sqrt(np.mean((got - want) ** 2) / np.mean(want**2)))
+    row(errors[0] > errors[1] > errors[2] and errors[2] < 0.006, "thick cylinder, 8, 16, 32 cells in its wall", " ".join(f"{100 * e:.2f} %" for e in errors), "0 (Lame)", "0.6 %, falling")
+
+
+def footing():
+    """The largest load of a strip footing for which an equilibrium is found, over 2 + pi times the strength of the clay."""
+    found = []
+    for h in ("0.25", "0.125"):
+        X, states, told = run("footing" + h.replace(".", ""), [line for line in check.content(check.scene("footing_static")).decode().splitlines()
+                                                                if not re.match(r"-(grid_h|grid_upper|method_time|time_end) ", line)],
+                              "-grid_h", f"{h},{h}", "-grid_upper", "6,3.5", "-dt_retry", "4", "-time_end", "1.4", status=3)
+        found.append(float(re.search(r"stopped at step \d+, t=(\S+) s", told.said)[1]))
+    row(abs(found[1] - 1) < 0.05 and abs(found[0] - 1) < 0.1, "strip footing, limit over 2 + pi, h = 1/4, 1/8", " ".join(f"{value:.3f}" for value in found), "1 (Prandtl)", "10 %, 5 %")
+
+
+[part] = check.arguments(__doc__, 1)
+{"column": column, "reissner": reissner, "cylinder": cylinder, "footing": footing}[part]()
+check.end()
