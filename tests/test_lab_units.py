@@ -275,6 +275,8 @@ check.that(
     near(limit.moved(np.zeros((300, 3)), far), 2) and near(limit.moved(far[:5], far[:5] + 1), math.sqrt(3)),
     "the hundredth that moves most, one particle at least",
 )
+for line in ("no equilibrium was found at t=0.25 s: after 25", "no equilibrium was found near the last one, at t=0.2 s: that at t=0.25 s has displacement"):
+    check.that(re.search(limit.FAILED, line)[1] == "0.25", f"where it failed: {line}")
 soil = {"materials": "a,b,c", "material_a_model": "vonmises", "material_a_yield": "6", "material_b_model": "druckerprager", "material_b_cohesion": "3"}
 soil |= {"material_b_friction_angle": "45", "material_b_dilation_angle": "30", "material_c_model": "elastic"}
 weak = limit.weakened(scene.Options(soil), 2.0)

@@ -152,14 +152,14 @@ def footing():
 
 
 def slopes():
-    """Slopes 10 m high with 10 and 20 cells, or 20 and 40 particles, in their height."""
+    """Slopes 10 m high with 10 and 20 cells in their height, the last with 16 and 32."""
     held = ["-bc_ymin_type fixed", "-gravity 0,-10"]
     gentle = box("gentle", "32,11", 1, *held, shape=polygon("0,0 32,0 12,10 0,10"), model=soil(10e3, 20, 0))
     beside("2:1, phi 20, c/(rho g H) 0.05 (Griffiths and Lane 1999)", factors(gentle, "--reduce", "strength", "--levels", "2"), 1.4, (0.05, 0.05))
     steep = box("steep", "30,16", 1, *held, "-bc_xmax_type slip", shape=polygon("0,0 30,0 30,5 20,5 14.2265,15 0,15"), model=clay(200e3 / 5.24, 2e7))
     beside("60 degrees, undrained: rho g H/c over 5.24 (Taylor 1937)", factors(steep, "--raise", "gravity", "--levels", "2"), 1, (0.05, 0.05))
-    dilates = box("dilates", "35,16", 1, *held, "-bc_xmax_type slip", shape=polygon("0,0 35,0 35,5 25,5 15,15 0,15"), model=soil(12.38e3, 20, 20))
-    beside("45 degrees, phi = psi = 20 (Dawson, Roth and Drescher 1999)", factors(dilates, "--reduce", "strength", "--levels", "2", "--tolerance", "0.02"), 1, (0.05, 0.09))
+    dilates = box("dilates", "35,16.25", 0.625, *held, "-bc_xmax_type slip", shape=polygon("0,0 35,0 35,5 25,5 15,15 0,15"), model=soil(12.38e3, 20, 20))
+    beside("45 degrees, phi = psi = 20 (Dawson, Roth and Drescher 1999)", factors(dilates, "--reduce", "strength", "--levels", "2"), 1, (0.05, 0.05))
 
 
 {"command": command, "cylinder": cylinder, "footing": footing, "slopes": slopes}[part]()

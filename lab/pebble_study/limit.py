@@ -18,7 +18,7 @@ from .scene import Refused
 
 COLUMNS = "grid,h,cells,particles,holds,fails,ends,factor,softer,runs,seconds,key".split(",")
 TEXTS = ("cells", "ends", "key")
-FAILED = r"no equilibrium was found at t=(\S+) s"
+FAILED = r"no equilibrium was found (?:near the last one, at t=\S+ s: that )?at t=(\S+) s"
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
