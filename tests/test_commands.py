@@ -68,6 +68,7 @@ VARIES = [
 ]
 # What a document takes for granted: commands before its first one.
 BEFORE = {"scenes": "sed /damping_time/d options/slope.opts >my.opts"}  # a scene of the reader's, which has to settle
+SOLVERS = ("snes_", "ksp_", "pc_", "mg_", "mat_")  # options of PETSc's solvers begin so, of which -help petsc lists none
 OTHER_OPTIONS = ("reference.md", "report.md", "petsc.md", "CHANGELOG.md")  # made by programs; options of PETSc, and of earlier versions
 MISSPELT = {"body_disk_raduis", "body_disk1_raduis"}  # on purpose
 
@@ -280,6 +281,8 @@ def strange(text, known):
     """Words that look like options of a scene (-two_words) but are none; -word_* stands for several."""
     lost = []
     for word in dict.fromkeys(re.findall(r"(?<![\w/.-])-([a-z]+_[\w<>]*\*?)", text)):
+        if word.startswith(SOLVERS):
+            continue
         if word.endswith(("*", "_")):
             found = any(name.startswith(word.rstrip("*_")) for name in known)
         else:
