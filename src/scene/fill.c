@@ -114,9 +114,6 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
                          : "; -body_%s_scale and -body_%s_shift change its size and place",
                      b->name, b->name);
     if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
-    if (b->region.type != MPM_REGION_stl && upper[d] > grid->lower[d] && lower[d] < grid->upper[d])
-      (void)snprintf(hint, sizeof hint, "; to cut it there, give -body_%s_within the name of a box of -body_<b>_material none",
-                     b->name);
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
