@@ -29,12 +29,12 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   if (core->implicit)
     PetscCall(MPMStaticPrint(core));
   else {
-  PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
-                     (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
-                     (double)MPMCourant(core, f.dt), core->grid.total ? "h/c" : "h/(c+|v|)"));
-  PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
+    PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
+                       (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
+                       (double)MPMCourant(core, f.dt), core->grid.total ? "h/c" : "h/(c+|v|)"));
+    PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
   }
-  if (scene->dry_run && !core->implicit) {
+  if (scene->dry_run && !core->implicit) { /* what a solve takes is not predicted */
     PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));
     PetscCall(MPMModelView(&mpm->cost, core, scene, f.dt, f.steps, mpm->report.processes));
   }

@@ -181,19 +181,19 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   (void)snprintf(why, sizeof why, "%s",
                  reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
                  : linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC
-                   ? "the tangent is indefinite; try -ksp_type gmres"
+                     ? "the tangent is indefinite; try -ksp_type gmres"
                  : reason == SNES_DIVERGED_LINEAR_SOLVE ? KSPConvergedReasons[linear]
-                                                                   : SNESConvergedReasons[reason]);
+                                                        : SNESConvergedReasons[reason]);
   if (reason == SNES_CONVERGED_ITERATING)
     (void)snprintf(core->stop, sizeof core->stop,
                    "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
                    "from it, and -dt_strain allows %g",
                    (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
   else
-  (void)snprintf(core->stop, sizeof core->stop,
-                 "no equilibrium was found at t=%g s: after %" PetscInt_FMT
-                 " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
-                 (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "no equilibrium was found at t=%g s: after %" PetscInt_FMT
+                   " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
+                   (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
   MPMStatusReset(&core->status);
   PetscCall(ToNodes(s, s->was));
   PetscCall(MPMParticlesPutBack(&core->particles));
