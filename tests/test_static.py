@@ -211,6 +211,12 @@ def check_wrong():
     """What a run finds wrong with options of PETSc's solvers, and that their options work."""
     bad = run("bad", [*BEAM, "-grid_h 0.5,0.5"], "-ksp_rtoll", "1", *QUIET, status=3)
     check.that("-ksp_rtoll is an option that PETSc's solvers of this run do not have" in bad.said, "an option that no solver reads is named")
+    push = [line for line in BEAM if not line.startswith("-gravity")] + ["-grid_h 0.25,0.25", "-dt_size 1"]
+    deep = run("inside", push, "-gravity", "0,-20", "-dt_retry", 0, *QUIET, status=3)
+    check.that("a particle would be turned inside out in Newton iteration" in deep.said, "a step that turns a particle inside out is not taken")
+    cg = run("indefinite", push, "-gravity", "0,-20", "-dt_retry", 3, "-ksp_type", "cg", "-pc_type", "jacobi", *QUIET, status=3)
+    gmres = run("gmres", push, "-gravity", "0,-20", "-dt_retry", 3, "-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_gmres_restart", 200, *QUIET)
+    check.that("the tangent is indefinite; try -ksp_type gmres" in cg.said and gmres.good, "cg fails where the tangent is indefinite, gmres does not")
     good = run("good", [*BEAM, "-grid_h 0.5,0.5"], "-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-10", "-snes_converged_reason", *QUIET)
     check.that("ksp gmres, pc jacobi" in good.out and "CONVERGED_FNORM_RELATIVE" in good.out, "PETSc's options choose the solvers")
 

@@ -179,8 +179,7 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetConvergedReason(ksp, &linear));
   (void)snprintf(why, sizeof why, "%s",
-                 reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad ? "a particle would be turned inside out"
-                 : linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC
+                 linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC
                      ? "the tangent is indefinite; try -ksp_type gmres"
                  : reason == SNES_DIVERGED_LINEAR_SOLVE ? KSPConvergedReasons[linear]
                                                         : SNESConvergedReasons[reason]);
@@ -189,6 +188,10 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
                    "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
                    "from it, and -dt_strain allows %g",
                    (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
+  else if (reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad)
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "no equilibrium was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
+                   (double)(core->t + core->params.dt), it);
   else
     (void)snprintf(core->stop, sizeof core->stop,
                    "no equilibrium was found at t=%g s: after %" PetscInt_FMT
