@@ -17,7 +17,8 @@ static const struct {
               {"history_energy", "false", "there is no motion whose energy could be followed"},
               {"check_energy", "0", "the work of loads is that of steps, and not exact"},
               {"check_momentum", "0", "there is no momentum"},
-              {"reference_type", NULL, "known solutions are of motions in time"}};
+              {"mms_type", "none", "known solutions are of motions in time"},
+              {"reference_type", "none", "known solutions are of motions in time"}};
 
 /* Refuses what a scene has that steps without inertia cannot do. */
 static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
