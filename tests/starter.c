@@ -1,20 +1,17 @@
 /* starter.c - starts the program for the tests. Of a start on one process more than half is the search for the
-   libraries of PETSc, a hundred of them, and for the parts of Open MPI, of which MPI_Init opens forty. This program
-   has done that: it is pebble, but its main() waits for requests, and makes a copy of itself (fork) for each, which
-   then is a run like any other, with a session, files and an environment of its own.
+   libraries of PETSc, a hundred of them. This program has done that: it is pebble, but its main() waits for
+   requests, and makes a copy of itself (fork) for each, which then is a run like any other, with a session, files
+   and an environment of its own.
 
    A request on standard input is a number of bytes and a line end, then so many bytes: strings that end with 0,
    which are the folder, the files for standard output and standard error, the number of arguments, these, and the
    environment. The answers on standard output are the number of the process, and, when it has ended, its status as
    of waitpid(); each is a line. It ends with its input. See tests/mpi.py. */
-#define _GNU_SOURCE /* dladdr, GLOB_BRACE */
 int MPMMain(int argc, char **argv);
 #define main MPMMain
 #include "run/main.c"
 #undef main
-#include <dlfcn.h>
 #include <fcntl.h>
-#include <glob.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,27 +70,9 @@ static int Start(char *request, size_t n)
   return MPMMain(argc, argv);
 }
 
-/* Opens the parts of Open MPI that a process alone opens, where they are found beside its library. */
-static void OpenParts(void)
-{
-  const char *parts = "/{openmpi/lib/openmpi*,openmpi}/mca_{shmem,reachable,schizo,ess_singleton,pmix_isolated,state,"
-                      "errmgr,op,allocator,rcache_grdma,mpool,bml,btl_self,pml_ob1,coll_{sm,tuned,self,monitoring,"
-                      "adapt,sync,libnbc,basic,inter,han},osc_{sm,monitoring,rdma}}*.so";
-  char        path[4096 + 512];
-  Dl_info     mpi;
-  glob_t      found;
-
-  if (!dladdr((void *)MPI_Init, &mpi) || !realpath(mpi.dli_fname, path) || !strrchr(path, '/')) return;
-  strcpy(strrchr(path, '/'), parts);
-  if (!glob(path, GLOB_BRACE, NULL, &found))
-    for (size_t k = 0; k < found.gl_pathc; k++) dlopen(found.gl_pathv[k], RTLD_LAZY);
-  globfree(&found);
-}
-
 int main(void)
 {
   size_t n;
-  OpenParts();
   for (char *request; (request = ReadRequest(&n)); free(request)) {
     int         status;
     const pid_t child = fork();

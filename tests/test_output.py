@@ -154,4 +154,7 @@ def main():
 
 check.arguments(__doc__, 0)
 main()
+# A program alone makes no folder for temporary files, in which others that start at the same time would be in its way.
+alone = check.run([check.program, "-options_file", check.scene("disks"), "-dry_run"], env={"TMPDIR": "/proc/nowhere"})
+check.that(alone.status == 0, f"a program alone needs no folder for temporary files: exit status {alone.status} {alone.err[:200]}")
 check.end()

@@ -51,6 +51,8 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   /* For a program that mpiexec has not started Open MPI would start a daemon, which takes longer than a small scene. */
   (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  /* All such programs would share a folder for temporary files, which one may remove while another makes its own in it. */
+  if (!getenv("OMPI_COMM_WORLD_SIZE")) (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
