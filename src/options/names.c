@@ -171,6 +171,13 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
 
 /* --- The names that were given ------------------------------------------------------------------------------------ */
 
+PetscBool MPMOptionsIsOfSolver(const char name[])
+{
+  for (size_t k = 0; k < NUM(solvers); k++)
+    if (!strncasecmp(solvers[k], name, strlen(solvers[k]))) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Returns whether PETSc reads this option by itself. */
 static PetscBool IsPetscs(const char given[])
 {
@@ -181,9 +188,7 @@ static PetscBool IsPetscs(const char given[])
     if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
   if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || strcmp(time, "static"))
     return PETSC_FALSE;
-  for (size_t k = 0; k < NUM(solvers); k++)
-    if (!strncasecmp(solvers[k], given, strlen(solvers[k]))) return PETSC_TRUE;
-  return PETSC_FALSE;
+  return MPMOptionsIsOfSolver(given);
 }
 
 /* Returns whether `given` begins as an option of a material, body, load, probe or face does, with a name and a word. */

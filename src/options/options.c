@@ -89,6 +89,19 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
   return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Described in options.h. */
+PetscErrorCode MPMOptionsRefuse(MPMOptions o, const char name[], const char *neutral, const char by[], const char why[])
+{
+  char      full[MPM_FULL_LEN], value[MPM_TEXT_LEN] = "";
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(full, sizeof full, "-%s", name);
+  PetscCall(PetscOptionsGetString(NULL, NULL, full, value, sizeof value, &given));
+  if (given && !(neutral && !strcmp(value, neutral))) MPMOptionsFail(o, "%s does not apply with %s: %s", full, by, why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns whether basis, update and transfer are all given, and whether any of them is; any may be NULL. A method of
    which all are given is the plain one: remedies that presets have on by default are off. Not collective. */
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any)

@@ -61,6 +61,12 @@ void           MPMOptionsDeclareOthers(MPMOptions, PetscInt np, char (*probes)[M
                                        char (*contacts)[MPM_NAME_LEN]); /* before the others */
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
+
+/* Fails if the option is given with another value than `neutral` (NULL: with any): it does not apply with `by`, and why. */
+PetscErrorCode MPMOptionsRefuse(MPMOptions, const char name[], const char *neutral, const char by[], const char why[]);
+
+/* Returns whether an option, without its dash, is one of PETSc's solvers. Not collective. */
+PetscBool MPMOptionsIsOfSolver(const char name[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */
 const MPMOptionRow *MPMOptionsRow(MPMOptions,
                                   const char name[]);      /* of an option of the program, or NULL: it is PETSc's */

@@ -81,15 +81,8 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                  !framed             ? "-method_preset balanced"
                  : mpm->preset_given ? "-method_preset balanced -method_frame updated"
                                      : "-method_frame updated");
-  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++) {
-    char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
-    PetscBool given;
-
-    (void)snprintf(name, sizeof name, "-%s", updated[k].name);
-    PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
-    if (given && !(updated[k].neutral && !strcmp(value, updated[k].neutral)))
-      MPMOptionsFail(o, "%s does not apply with %s: %s", name, by, updated[k].why);
-  }
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
+    PetscCall(MPMOptionsRefuse(o, updated[k].name, updated[k].neutral, by, updated[k].why));
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
       MPMOptionsFail(

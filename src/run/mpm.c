@@ -199,7 +199,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
-    if (core->implicit) PetscCall(MPMStaticCreate(core, &mpm->scene));
+    if (core->implicit) PetscCall(MPMStaticCreate(core));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));

@@ -28,15 +28,8 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
   char            strategy[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
-  for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++) {
-    char      name[MPM_NAME_LEN], value[MPM_TEXT_LEN] = "";
-    PetscBool given;
-
-    (void)snprintf(name, sizeof name, "-%s", moving[k].name);
-    PetscCall(PetscOptionsGetString(NULL, NULL, name, value, sizeof value, &given));
-    if (given && !(moving[k].neutral && !strcmp(value, moving[k].neutral)))
-      MPMOptionsFail(o, "%s does not apply with -method_time static: %s", name, moving[k].why);
-  }
+  for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++)
+    PetscCall(MPMOptionsRefuse(o, moving[k].name, moving[k].neutral, "-method_time static", moving[k].why));
   if (mpm->core.grid.round)
     MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_time static, which is built for planes and for "
                       "3-D; use -damping_kinetic");

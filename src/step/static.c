@@ -13,16 +13,14 @@
    whatever the node has. */
 static void Hold(struct MPMStatic *s, const PetscReal was[], PetscReal dt)
 {
-  const MPMCore  *core  = s->core;
-  const MPMPatch *patch = &core->exchange.patch;
-  const MPMGrid  *grid  = &core->grid;
+  const MPMCore *core = s->core;
+  const MPMGrid *grid = &core->grid;
 
   for (PetscInt q = 0; q < s->n; q++) {
-    const PetscInt row    = s->node[q] / patch->n[0];
-    const PetscInt ijk[3] = {patch->lo[0] + s->node[q] % patch->n[0], patch->lo[1] + row % patch->n[1],
-                             patch->lo[2] + row / patch->n[1]};
-    PetscReal      v[2][3] = {{1, 1, 1}, {2, 2, 2}};
+    PetscInt  ijk[3];
+    PetscReal v[2][3] = {{1, 1, 1}, {2, 2, 2}};
 
+    MPMStaticWhere(s, q, ijk);
     for (int k = 0; k < 2; k++) (void)MPMWallsApply(core->params.walls->given, grid, ijk, dt, v[k]);
     for (PetscInt d = 0; d < grid->dim; d++) {
       s->held[q * grid->dim + d]  = v[0][d] == v[1][d] ? PETSC_TRUE : PETSC_FALSE;

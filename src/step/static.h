@@ -45,7 +45,7 @@ struct MPMStatic {
    equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
    solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
-PetscErrorCode MPMStaticCreate(MPMCore *, const MPMScene *);
+PetscErrorCode MPMStaticCreate(MPMCore *);
 PetscErrorCode MPMStaticStep(MPMCore *);
 PetscErrorCode MPMStaticCheckOptions(MPMCore *);
 PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */

@@ -102,7 +102,7 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, PetscReal F[])
   PetscInt        nodes = 1, size;
   PetscReal      *H, *T, *A, B[27], loads[81];
   PetscBool       any = PETSC_FALSE;
-  MPMStaticNodes         now, cell;
+  MPMStaticNodes  now, cell;
   MPMView         view, loaded; /* loaded: with F of the trial state */
   MPMTangent      law = {.dim       = dim,
                          .width     = MPMKernelWidth(),
@@ -145,6 +145,7 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K, PetscReal F[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds the springs of weak nodes, row by row. */
 static PetscErrorCode AddStabilisation(struct MPMStatic *s, Mat K)
 {
   PetscInt begin, end, n;

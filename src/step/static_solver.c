@@ -25,8 +25,8 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
 }
 
 /* Lets PETSc add what comes from other processes in one sequence, and not as it arrives, in matrices and in the products of
-   multigrid, so that a run has the same bits each
-   time (but not after a restart with multigrid, whose estimates depend on those before); or, in the end, takes these options back. */
+   multigrid, so that a run has the same bits each time (but not after a restart with multigrid, whose estimates depend on
+   those before); or, in the end, takes these options back. */
 static PetscErrorCode OrderSums(const MPMCore *core, PetscBool on)
 {
   static const char *const order[][2] = {{"-matstash_reproduce", NULL}, {"-matptap_via", "allatonce"}};
@@ -94,15 +94,13 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
+PetscErrorCode MPMStaticCreate(MPMCore *core)
 {
   struct MPMStatic *s     = core->implicit;
   PetscReal         stiff = 0;
   PetscInt          unknowns;
 
   PetscFunctionBeginUser;
-  s->core      = core;
-  s->scene     = scene;
   s->symmetric = PETSC_TRUE;
   for (PetscInt k = 0; k < core->params.nmaterials; k++) {
     const MPMMaterial *m = &core->params.materials[k];
@@ -111,8 +109,8 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
     if (m->type->traits & MPM_PLASTIC) s->searches = PETSC_TRUE;
     if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
   }
-  for (PetscInt k = 0; k < scene->nloads; k++)
-    if (scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
+  for (PetscInt k = 0; k < s->scene->nloads; k++)
+    if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
   PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
@@ -128,7 +126,6 @@ PetscErrorCode MPMStaticCreate(MPMCore *core, const MPMScene *scene)
 
 PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
 {
-  static const char *const heads[] = {"snes_", "ksp_", "pc_", "mg_", "mat_"};
   PetscInt                 n;
   char                   **names, **values;
   struct MPMStatic        *s = core->implicit;
@@ -138,12 +135,11 @@ PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
   s->checked = PETSC_TRUE;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++)
-    for (size_t h = 0; h < sizeof heads / sizeof heads[0] && !core->stop[0]; h++)
-      if (!strncasecmp(names[k], heads[h], strlen(heads[h])))
-        (void)snprintf(core->stop, sizeof core->stop,
-                       "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
-                       "-snes_view says which solvers these are",
-                       names[k]);
+    if (!core->stop[0] && MPMOptionsIsOfSolver(names[k]))
+      (void)snprintf(core->stop, sizeof core->stop,
+                     "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
+                     "-snes_view says which solvers these are",
+                     names[k]);
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
