@@ -128,7 +128,7 @@ static PetscReal Dot(PetscInt dim, const PetscReal a[], const PetscReal b[])
 /* Sets at [dim] to the place between a and b [dim] that is nearest to x [dim]. */
 static void OnEdge(PetscInt dim, const PetscReal a[], const PetscReal b[], const PetscReal x[], PetscReal at[])
 {
-  PetscReal ab[3], ax[3], s, length2;
+  PetscReal ab[3] = {0}, ax[3] = {0}, s, length2;
 
   for (PetscInt d = 0; d < dim; d++) {
     ab[d] = b[d] - a[d];
