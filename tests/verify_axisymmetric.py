@@ -47,10 +47,9 @@ def thick():
 
 
 def inwards():
-    """A ball, and one with a hole, that a force draws to the centre, with whole places of the lattice and with cut ones, which are
-    the default of the total frame (the preset solid)."""
+    """A ball, and one with a hole, that a force draws to the centre, with whole places of the lattice and with cut ones, the default."""
     for inner in (0, 1):
-        for name, way, allowed in (("default", {}, (0.015, 0.008)), ("default, rim cut", {"method_rim": "cut"}, (8e-4, 4e-4)),
+        for name, way, allowed in (("default, rim whole", {"method_rim": "whole"}, (0.015, 0.008)), ("default", {}, (8e-4, 4e-4)),
                                    ("solid, rim whole", {**TOTAL, "method_rim": "whole"}, (0.02, 0.013)), ("solid", TOTAL, (4.5e-3, 2.7e-3)),
                                    ("solid, 3 x 3 particles", {**TOTAL, "body_b_ppc": "3,3"}, (2.5e-3, 1e-3))):
             errors = [drawn(inner, n, **way) for n in (8, 16)]

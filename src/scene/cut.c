@@ -38,7 +38,7 @@ struct _MPMCutMemo {
   Outer outer[MEMO];
 };
 
-PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
+PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
 {
   char      rim[MPM_NAME_LEN];
   PetscBool given;
@@ -46,7 +46,6 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionBeginUser;
   if (!scene->nfilled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
-  if (core->grid.round && !core->grid.total) given = PETSC_TRUE;
   (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
   PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));
   if (MPMOptionsError(o) || strcmp(rim, "cut")) PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,7 +6,7 @@
 #include "scene/scene.h"
 
 /* Reads whether bodies are cut; those of revolution are so in the updated frame only if it is asked for. The first fault is left in o. Not collective. */
-PetscErrorCode MPMCutSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
+PetscErrorCode MPMCutSetFromOptions(MPMScene *, MPMOptions);
 
 /* Returns how many parts of MPMCutParts(dim) to a place the particle with lattice place `place` [dim], m, has, and sets X
    [dim], m, to their centroid. With -method_rim whole that is all of its place. Not collective. */

@@ -331,7 +331,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(ReadGrid(core, o));
   for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(core, o, &scene->materials[k]));
   PetscCall(ReadBodies(scene, core, o));
-  PetscCall(MPMCutSetFromOptions(scene, core, o));
+  PetscCall(MPMCutSetFromOptions(scene, o));
   for (PetscInt m = 0; m < scene->nmaterials; m++) {
     PetscBool used = PETSC_FALSE;
 
