@@ -97,3 +97,22 @@ def drawn(inner, n, **more):
     R = np.hypot(*X.T)
     u, exact = ((x - X) * X).sum(1) / R, A * R + B / R**2 + C * R**3
     return math.sqrt(np.average((u - exact)**2, weights=X[:, 0]) / np.average(exact**2, weights=X[:, 0]))
+
+
+def impact(n, **more):
+    """A ball of radius 1, n cells, that meets a rigid plate at 0.1 m/s, or what `more` has in its place: the history, and by Hertz the
+    time of contact and the largest force."""
+    h, E, nu, rho = 1 / n, 1e6, 0.3, 1000
+    stiff, mass = 4 / 3 * E / (1 - nu**2), 4 / 3 * math.pi * rho
+    depth = (5 * mass * 0.1**2 / (4 * stiff))**0.4
+    run_scene("impact", round_scene(**{"grid_lower": f"0,{-4 * h}", "grid_upper": f"1.25,{2 + 4 * h}", "grid_h": f"{h},{h}", "bodies": "b,r", "body_b_shape": "sphere",
+                                       "body_b_center": f"0,{1 + 0.05 * h}", "body_b_radius": 1, "body_b_lower": None, "body_b_upper": None, "body_b_velocity": "0,-0.1",
+                                       "body_r_shape": "box", "body_r_lower": f"0,{-4 * h}", "body_r_upper": "1.25,0", "body_r_rigid": "fixed", "history_bodies": "r",
+                                       "history_every": 0, "time_end": 4.2 * depth / 0.1 + 0.5 * h, **more}))
+    return check.history("impact.csv"), 2.94 * depth / 0.1, stiff * depth**1.5
+
+
+def contact_time(rows, force):
+    """The time from the first force above a hundredth of the largest one to the last."""
+    on = np.nonzero(force > 0.01 * force.max())[0]
+    return rows["time"][on[-1]] - rows["time"][on[0] - 1]

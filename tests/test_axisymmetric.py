@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 import check
-from setups_axisymmetric import MODES, TOTAL, breathing, lame, round_scene, run_scene
+from setups_axisymmetric import MODES, TOTAL, breathing, contact_time, impact, lame, round_scene, run_scene
 
 parts = check.arguments(__doc__, None)
 BASES = ("linear", "gimp", "bspline2", "bspline3")
@@ -170,6 +170,55 @@ def check_plane():
             places.append(check.particles("plane.h5", -1, ("x",))["x"][:, :2] - [far, 0])
         off = abs(places[1] - places[0]).max()
         check.that(off < 2e-5, f"far from the axis, {way}: places differ from plane strain by {off:.1e} m")
+
+
+def check_meets():
+    """Bodies that meet: an elastic ball strikes a rigid plate (Hertz), and another one like it, as if the plate were between them; a
+    rigid ball has the mass of its solid, and gives an elastic one what it loses; a rod under a rough rigid plate keeps its foot's width."""
+    rows, time, force = impact(16, dt_size=1e-3)
+    found, took = rows["reaction_r_y"], contact_time(rows, rows["reaction_r_y"])
+    given = (found[1:] * np.diff(rows["time"])).sum() / (rows["momentum_y"][-1] - rows["momentum_y"][0])
+    check.that(abs(took / time - 1) < 0.08 and abs(found.max() / force - 1) < 0.08 and rows["momentum_y"][-1] > -0.95 * rows["momentum_y"][0],
+               f"ball on a rigid plate, 16 cells: {took / time:.3f} of the time and {found.max() / force:.3f} of the force of Hertz")
+    check.that(abs(given - 1) < 1e-12, f"ball on a rigid plate: its reactions are the change of momentum to {abs(given - 1):.0e}")
+    twin = {"body_c_shape": "sphere", "body_c_center": f"0,{-1 - 0.05 / 16}", "body_c_radius": 1, "body_c_material": "m", "body_c_velocity": "0,0.1", "contact_mu": 0.2}
+    both, *_ = impact(16, **{"dt_size": 1e-3, "grid_lower": "0,-2.25", "bodies": "b,c", "body_r_shape": None, "body_r_lower": None, "body_r_upper": None, "body_r_rigid": None,
+                             "history_bodies": "b,c", **twin})
+    one, other = both["momentum_b_y"], both["momentum_c_y"]
+    check.that(abs(one + other).max() < 1e-12 * abs(one[0]) and abs(one[-1] - rows["momentum_y"][-1]) < 0.01 * abs(one[0]),
+               f"two balls: {-one[-1] / one[0]:.4f} of their speed is left, of one on a plate {-rows['momentum_y'][-1] / rows['momentum_y'][0]:.4f}")
+    free = {"grid_lower": "0,-2.25", "body_r_shape": "sphere", "body_r_center": twin["body_c_center"], "body_r_radius": 1, "body_r_lower": None, "body_r_upper": None,
+            "body_r_rigid": "free", "body_r_rho": 3000}
+    rows, *_ = impact(16, **free)
+    mass = 2 * rows["rigid_kinetic_energy"][-1] / rows["velocity_r_y"][-1]**2
+    change = rows["momentum_y"] - rows["momentum_y"][0] + mass * rows["velocity_r_y"]
+    check.that(abs(mass / (4000 * math.pi) - 1) < 1e-4 and abs(change).max() < 1e-12 * mass, f"rigid ball: {mass / (4000 * math.pi):.6f} of its mass, momentum to {abs(change).max() / mass:.0e} m/s")
+    press = {"grid_upper": "2,3", "body_b_upper": "1,2", "bodies": "b,r", "bc_ymin_type": "slip", "body_r_shape": "box", "body_r_lower": "0,2", "body_r_upper": "1.5,3",
+             "body_r_rigid": "moving", "body_r_velocity": '"0,-0.05*(1-cos(2*pi*min(t,1)))"', "damping_time": 0.02, "history_bodies": "r", "history_walls": "ymin", "time_end": 1.2}
+    for mu in (0, 1):
+        run_scene("press", round_scene(**press, body_r_mu=mu))
+        rows = check.history("press.csv")
+        up, down = rows["reaction_r_y"][-1], -rows["reaction_ymin_y"][-1]
+        start, end = (check.particles("press.h5", which, ("x",))["x"] for which in (0, -1))
+        top = start[:, 1] > 2 - 0.0625
+        wide = (end[top, 0] / start[top, 0]).max()
+        check.that(abs(up / down - 1) < 1e-4 and (abs(wide - 1.0076) < 1e-3 if mu == 0 else wide < 1.002),
+                   f"rod under a rigid plate, friction {mu}: {up:.5g} and {down:.5g} N, its top is {wide:.5f} times as wide")
+    wrong = run_scene("aside", round_scene(**{**press, "body_r_velocity": '"0.1*max(0,t-0.01),-0.05"'}), must=False)
+    check.that(wrong.status == 3 and "-body_r_velocity has" in wrong.said and "along x at t = 0.0" in wrong.said, "a plate on the axis that begins to move along the radius stops the run")
+
+
+def check_bits_meets():
+    """Digests where bodies meet: a rigid ball falls on a block that lies on another one, with friction."""
+    lines = round_scene(grid_upper="2,3", body_b_upper="1.25,0.75", bodies="b,c,r", body_c_shape="box", body_c_lower="0,0.75", body_c_upper="1,1.25", body_c_material="m",
+                        contact_mu=0.3, bc_ymin_type="separate", body_r_shape="sphere", body_r_center="0,1.77", body_r_radius=0.5, body_r_rigid="free", body_r_rho=2000, body_r_mu=0.2,
+                        body_r_velocity="0,-4", gravity="0,-10", history_bodies="all", history_energy="true", time_end=0.1)
+    digests = {str(n): run_scene("bits", lines, n=n).digest for n in (1, 2, 3)}
+    digests["pool"] = run_scene("bits", {**lines, "parallel_strategy": "pool", "pool_cells": "8"}, n=3).digest
+    steps = int(check.history("bits.csv")["step"][-1])
+    run_scene("bits", {**lines, "time_max_steps": steps // 2, "checkpoint_every": 1e9})
+    digests["restart"] = run_scene("bits", {**lines, "restart_file": "latest", "checkpoint_every": 1e9}, n=2).digest
+    check.that(len(set(digests.values())) == 1 and None not in digests.values(), f"bodies that meet: digests {digests}")
 
 
 def check_bits():

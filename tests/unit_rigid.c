@@ -22,7 +22,7 @@ static void CheckMass(void)
   for (int dim = 1; dim < 4; dim++) {
     const PetscReal a = 1, b = dim > 1 ? 0.3 : 1, c = dim > 2 ? 2 : 1;
 
-    MPMRigidMassOf(&box, dim, &m);
+    MPMRigidMassOf(&box, dim, PETSC_FALSE, &m);
     CHECK_LE(Error(m.volume, a * b * c), 1e-11); /* 262144 terms */
     for (int d = 0; d < dim; d++) CHECK_NEAR(m.center[d], 0.5 * (box.lower[d] + box.upper[d]), 1e-12);
     if (dim > 1) CHECK_LE(Error(m.inertia[8], a * b * c * (a * a + b * b) / 12), 1e-10);
@@ -37,13 +37,13 @@ static void CheckMass(void)
       UnitContext("ball in %d-D, %d", dim, k);
       ball.others  = others;
       ball.nwithin = k;
-      MPMRigidMassOf(&ball, dim, &m);
+      MPMRigidMassOf(&ball, dim, PETSC_FALSE, &m);
       CHECK_LE(Error(m.volume, V), most);
       CHECK_LE(Error(m.inertia[8], V * R * R * (dim == 2 ? 0.5 : 0.4)), most);
       for (int d = 0; d < dim; d++) CHECK_NEAR(m.center[d], ball.center[d], 1e-10);
     }
   UnitContext("cylinder");
-  MPMRigidMassOf(&tube, 3, &m);
+  MPMRigidMassOf(&tube, 3, PETSC_FALSE, &m);
   CHECK_LE(Error(m.volume, PETSC_PI * 0.25 * 2), 2.5e-3);
   CHECK_LE(Error(m.inertia[8], PETSC_PI * 0.5 * 0.125), 2.5e-3);
   CHECK_LE(Error(m.inertia[0], PETSC_PI * 0.5 * (3 * 0.25 + 4) / 12), 2.5e-3);
@@ -59,7 +59,7 @@ static void Make(MPMRigid *r, MPMRegion *box, int dim, PetscReal numbers[])
   *r = (MPMRigid){.shape = box};
   MPMRigidUse(r, numbers);
   for (int d = 0; d < 3; d++) r->turn[4 * d] = 1;
-  MPMRigidMassOf(box, dim, &m);
+  MPMRigidMassOf(box, dim, PETSC_FALSE, &m);
   for (int d = 0; d < dim; d++) r->pivot[d] = m.center[d];
   for (int k = 0; k < 9; k++) inertia[k] = 3 * m.inertia[k];
   CHECK_EQ(MPMRigidSetFree(r, dim, 3 * m.volume, inertia), 0);

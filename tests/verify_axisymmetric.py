@@ -2,7 +2,7 @@
 
 usage: verify_axisymmetric.py PEBBLE SOURCE MPIEXEC PART
 
-PART: modes lame drawn limit water taylor. Every row says what was measured, what is exact, and what is allowed.
+PART: modes lame drawn limit water taylor meets. Every row says what was measured, what is exact, and what is allowed.
 """
 import itertools
 import math
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 import check
-from setups_axisymmetric import MODES, TOTAL, breathing, drawn, lame, round_scene, run_scene
+from setups_axisymmetric import MODES, TOTAL, breathing, contact_time, drawn, impact, lame, round_scene, run_scene
 
 WAYS = {"default": {}, "gimp stretch": {"method_basis": "gimp", "method_update": "musl", "method_transfer": "flip", "method_gimp_update": "stretch"},
         "bspline2 apic": {"method_basis": "bspline2", "method_update": "usl", "method_transfer": "apic"},
@@ -106,7 +106,29 @@ def taylor():
         row(abs(feet[-1] - 7.1) < 0.15, f"Taylor bar, radius of the foot, {on}", " ".join(f"{v:.2f}" for v in feet), "7.0 to 7.2 mm", "0.15 mm of 7.1")
 
 
-PARTS = {"modes": modes, "lame": thick, "drawn": inwards, "limit": limit, "water": water, "taylor": taylor}
+def meets():
+    """An elastic ball on a rigid plate (Hertz), and a rigid round plate, smooth or rough, that is pushed into clay by 1 % of its width:
+    pi R^2 c times 5.69 and 6.05 (Eason and Shield 1960)."""
+    times, forces, ns = [], [], (8, 16, 32)
+    for n in ns:
+        rows, time, force = impact(n)
+        times.append(contact_time(rows, rows["reaction_r_y"]) / time)
+        forces.append(rows["reaction_r_y"].max() / force)
+    row(abs(times[-1] - 1) < 0.1 and abs(forces[-1] - 1) < 0.1, f"ball on a rigid plate, {', '.join(map(str, ns))} cells, time",
+        f"{' '.join(f'{v:.3f}' for v in times)} force {' '.join(f'{v:.3f}' for v in forces)} of Hertz", "1", "10 %")
+    for rub, exact in ((0, 5.69), (1, 6.05)):
+        found = []
+        for n in (4, 8):
+            run_scene("footing", round_scene(grid_lower="0,-4", grid_upper="4,1", grid_h=f"{1 / n},{1 / n}", material_m_model="vonmises", material_m_yield=1732, material_m_nu=0.49,
+                                             method_locking="fbar", bodies="b,r", body_b_lower="0,-4", body_b_upper="4,0", body_r_shape="box", body_r_lower="0,0", body_r_upper="1,1",
+                                             body_r_rigid="moving", body_r_velocity='"0,-0.02*min(t/0.3,1)"', body_r_mu=rub, bc_ymin_type="fixed", bc_xmax_type="slip",
+                                             history_bodies="r", time_end=1.15))
+            rows = check.history("footing.csv")
+            found.append(-rows["reaction_r_y"][-5:].mean() / (1000 * math.pi))
+        row(abs(found[-1] / exact - 1) < 0.1, f"{'rough' if rub else 'smooth'} round footing on clay, 8 and 16 cells wide", " ".join(f"{v:.3f}" for v in found) + " pi R^2 c", f"{exact}", "10 %")
+
+
+PARTS = {"meets": meets, "modes": modes, "lame": thick, "drawn": inwards, "limit": limit, "water": water, "taylor": taylor}
 
 if __name__ == "__main__":
     [part] = check.arguments(__doc__, 1)

@@ -70,7 +70,7 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
                        : r->moves ? "moving"
                                   : "fixed"));
     PetscCall(r->tied ? MPMPrint(&core->print, "tied") : MPMPrint(&core->print, "friction %g", (double)r->mu));
-    if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.dim - 1]));
+    if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.round ? 2 : core->grid.dim - 1]));
     PetscCall(MPMPrint(&core->print, "\n"));
   }
   if (core->rigids.n > SHOWN)

@@ -16,11 +16,11 @@ typedef struct {
   PetscBool soft[2]; /* has a, b matter that keeps no shape? */
 } MPMPair;
 
-/* A node of a copy that takes part in contact: mass, kg, acceleration, m/s^2, and velocity, m/s, as a phase has left it, where
-   bodies that are glued have the same one, and as contact changes it. */
+/* A node of a copy that takes part in contact: mass along each axis, kg, acceleration, m/s^2, and velocity, m/s, as a phase
+   has left it, where bodies that are glued have the same one, and as contact changes it. */
 typedef struct {
   PetscInt  copy, ijk[3];
-  PetscReal m, a[3], was[3], v[3];
+  PetscReal m[3], a[3], was[3], v[3];
   PetscBool changes, tied; /* tied: it has the velocity of a rigid body */
 } MPMContactSite;
 

@@ -180,6 +180,13 @@ static PetscBool HasFaces(const MPMRegion *r)
   return r->surface || r->type == MPM_REGION_expression ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns whether what lies at the lower end of the grid along an axis, or at its upper end, is no surface of any shape: all
+   if walls are open, and the axis of bodies of revolution. */
+static PetscBool IsOpen(const MPMGrid *grid, PetscBool open, PetscInt d, PetscInt end)
+{
+  return open || (grid->round && d + end == 0 && grid->lower[0] == 0) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Copies the faces of a surface that do not lie at a wall of the grid, or beyond it, if such ones are open. */
 static PetscBool CopyFaces(const MPMSurface *s, const MPMGrid *grid, PetscBool open, MPMFaces *to)
 {
@@ -190,14 +197,16 @@ static PetscBool CopyFaces(const MPMSurface *s, const MPMGrid *grid, PetscBool o
   for (PetscInt f = 0; f < s->n; f++) {
     PetscBool at = PETSC_FALSE;
 
-    for (PetscInt d = 0; d < s->dim && open; d++) {
+    for (PetscInt d = 0; d < s->dim && (open || grid->round); d++) {
       PetscReal lo = PETSC_MAX_REAL, hi = PETSC_MIN_REAL;
 
       for (PetscInt k = d; k < size; k += s->dim) {
         lo = PetscMin(lo, s->corner[f * size + k]);
         hi = PetscMax(hi, s->corner[f * size + k]);
       }
-      if (hi <= grid->lower[d] + TINY * grid->h[d] || lo >= grid->upper[d] - TINY * grid->h[d]) at = PETSC_TRUE;
+      if ((IsOpen(grid, open, d, 0) && hi <= grid->lower[d] + TINY * grid->h[d]) ||
+          (IsOpen(grid, open, d, 1) && lo >= grid->upper[d] - TINY * grid->h[d]))
+        at = PETSC_TRUE;
     }
     if (!at) memcpy(to->corner + to->n++ * size, s->corner + f * size, (size_t)size * sizeof *to->corner);
   }
@@ -266,8 +275,8 @@ PetscBool MPMRegionMakeDistance(MPMRegion *r, const MPMGrid *grid, PetscBool ope
     const PetscBool own = r->type == MPM_REGION_polygon && d < 2 ? PETSC_TRUE : PETSC_FALSE; /* bounds of its corners */
 
     h             = PetscMax(h, grid->h[d]);
-    r->open[0][d] = (open || (endless && !own)) && r->lower[d] <= grid->lower[d] + TINY * grid->h[d];
-    r->open[1][d] = (open || (endless && !own)) && r->upper[d] >= grid->upper[d] - TINY * grid->h[d];
+    r->open[0][d] = (IsOpen(grid, open, d, 0) || (endless && !own)) && r->lower[d] <= grid->lower[d] + TINY * grid->h[d];
+    r->open[1][d] = (IsOpen(grid, open, d, 1) || (endless && !own)) && r->upper[d] >= grid->upper[d] - TINY * grid->h[d];
   }
   reach     = (MPM_DISTANCE_REACH + BLUR) * h;
   r->margin = TINY * h;

@@ -196,13 +196,13 @@ static void SamplePlace(const Samples *g, PetscInt k, PetscReal x[])
 /* Of balls and disks by formulas, else sums over 1000 places in 1-D, 400 x 400 in 2-D, 64 x 64 x 64 in 3-D: those near
    the surface count by how far their box lies inside by their distance. The errors of volume and inertia are 2e-5 for a
    disk, 2.2e-3 for a ball, and rounding for boxes (tests/unit_rigid.c). */
-void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
+void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, PetscBool round, MPMRigidMass *m)
 {
   const Samples g         = SamplesOf(shape, dim, samples[dim - 1]);
   PetscReal     second[9] = {0}, middle[3] = {0}, trace;
 
   *m = (MPMRigidMass){0};
-  if (shape->type == MPM_REGION_sphere && !(shape->ncut + shape->nwithin)) {
+  if (!round && shape->type == MPM_REGION_sphere && !(shape->ncut + shape->nwithin)) {
     const PetscReal R = shape->radius;
 
     m->volume = dim == 3 ? 4 * PETSC_PI / 3 * R * R * R : dim == 2 ? PETSC_PI * R * R : 2 * R;
@@ -217,7 +217,7 @@ void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
     SamplePlace(&g, k, x);
     distance = MPMRegionDistance(shape, dim, x, n);
     for (PetscInt d = 0; d < dim; d++) wide += PetscAbsReal(n[d]) * g.s[d];
-    share = g.size * PetscClipInterval(0.5 - distance / wide, 0, 1);
+    share = g.size * PetscClipInterval(0.5 - distance / wide, 0, 1) * (round ? 2 * PETSC_PI * PetscMax(0, x[0]) : 1);
     m->volume += share;
     for (PetscInt d = 0; d < dim; d++) x[d] -= middle[d]; /* far from the origin little would be left of the sums */
     for (PetscInt d = 0; d < dim; d++) {

@@ -78,7 +78,7 @@ MPM_INLINE void MPMRigidVelocity(const MPMRigid *r, PetscInt dim, const PetscRea
 typedef struct {
   PetscReal volume, center[3], inertia[9];
 } MPMRigidMass;
-void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
+void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, PetscBool round, MPMRigidMass *);
 PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
 PetscErrorCode MPMRigidSetPoints(MPMRigid *, PetscInt dim);
 void           MPMRigidHold(MPMRigid *, PetscInt face, PetscReal share);

@@ -65,10 +65,12 @@ static const struct {
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 
 /* Returns how many columns a row has, of its components first .. first+n-1. */
-static PetscInt Columns(PetscInt row, PetscInt dim, PetscInt *first)
+static PetscInt Columns(PetscInt row, const MPMGrid *grid, PetscInt *first)
 {
+  const PetscInt dim = grid->dim;
+
   *first = rows[row].axial && dim == 2 ? 2 : 0;
-  if (rows[row].axial) return dim == 3 ? 3 : dim - 1;
+  if (rows[row].axial) return dim == 3 ? 3 : grid->round ? 0 : dim - 1;
   return PetscMin(rows[row].nc, dim);
 }
 
@@ -79,7 +81,7 @@ PetscErrorCode MPMRigidsAddColumns(MPMMeasures *m, const MPMCore *core)
   for (PetscInt b = 0; b < m->nrigids; b++)
     for (PetscInt k = 0; k < NROWS; k++) {
       PetscInt       first;
-      const PetscInt n = Columns(k, core->grid.dim, &first);
+      const PetscInt n = Columns(k, &core->grid, &first);
 
       for (PetscInt c = first; c < first + n; c++) {
         const char axis[2] = {"xyz"[c], 0};
@@ -99,7 +101,7 @@ void MPMRigidsCompute(MPMMeasures *m, const MPMCore *core)
   for (PetscInt b = 0; b < m->nrigids; b++)
     for (PetscInt k = 0; k < NROWS; k++) {
       PetscInt       first;
-      const PetscInt n = Columns(k, core->grid.dim, &first);
+      const PetscInt n = Columns(k, &core->grid, &first);
 
       for (PetscInt c = first; c < first + n; c++)
         m->value[at++] = rows[k].value(&core->rigids.body[m->rigid[b]], time, c) + 0; /* no -0 */

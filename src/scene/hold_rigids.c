@@ -77,6 +77,10 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
     const PetscReal plane = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], sign = k % 2 ? -1 : 1;
     PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3];
 
+    if (grid->round && k < 2) { /* x is the radius */
+      MPMRigidHold(r, k, 1);
+      continue;
+    }
     if (type == MPM_WALL_piston) continue;
     if (type == MPM_WALL_free && gap < 0)
       MPMOptionsFail(o,

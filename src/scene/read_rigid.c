@@ -7,6 +7,7 @@
 #define LIGHT   1e-6 /* times the inertia of a body that is the same everywhere: less is an error */
 
 static const PetscReal nowhere[3] = {0};
+static const char      turns_not[] = "with -geometry axisymmetric";
 
 /* The options of a body that its kind of motion decides on: all of them, and those that each kind takes. */
 static const char        all[]   = "material ppc offset deformation velocity mu tied spin pivot rho mass inertia";
@@ -16,7 +17,7 @@ static const char *const taken[] = {[MPM_RIGID_NONE]   = "material ppc offset de
                                     [MPM_RIGID_FREE]   = "mu velocity spin rho mass inertia"};
 
 /* Reads what a free body weighs. */
-static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
+static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, PetscBool round, MPMBody *b)
 {
   MPMExpression e = NULL;
   PetscBool     rho, mass, inertia;
@@ -46,7 +47,8 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
     MPMOptionsFail(o,
                    "-body_%s_inertia does not apply without -body_%s_mass: with -body_%s_rho it follows from the shape",
                    b->name, b->name, b->name);
-  if (inertia && dim == 1) MPMOptionsFail(o, "-body_%s_inertia does not apply: in 1-D nothing turns", b->name);
+  if (inertia && (dim == 1 || round))
+    MPMOptionsFail(o, "-body_%s_inertia does not apply: %s nothing turns", b->name, dim == 1 ? "in 1-D" : turns_not);
   if (b->region.type == MPM_REGION_halfspace)
     MPMOptionsFail(
         o, "-body_%s_rigid free does not apply: a halfspace has no end, and so no mass; choose another shape", b->name);
@@ -94,9 +96,6 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   if (b->rigid == MPM_RIGID_NONE) PetscCall(RefuseOfRigid(o, b->name));
   PetscCall(MPMOptionsRefuseOthers(o, "body", b->name, "rigid", word, all, taken[row]));
   if (b->rigid == MPM_RIGID_NONE || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (core->grid.round)
-    MPMOptionsFail(o, "-body_%s_rigid does not apply: with -geometry axisymmetric no body is rigid; use a wall",
-                   b->name);
   b->alone = PETSC_TRUE;
   if (b->region.type == MPM_REGION_file)
     MPMOptionsFail(o, "-body_%s_rigid %s does not apply: the particles of a file have no shape", b->name, word);
@@ -110,9 +109,10 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
       MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
   PetscCall(MPMOptionsExpression(o, "body_<b>_spin", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim == 3 ? 3 : 1,
                                  &b->spin));
-  if (b->spin && dim == 1) MPMOptionsFail(o, "-body_%s_spin does not apply: in 1-D nothing turns", b->name);
+  if (b->spin && (dim == 1 || core->grid.round))
+    MPMOptionsFail(o, "-body_%s_spin does not apply: %s nothing turns", b->name, dim == 1 ? "in 1-D" : turns_not);
   if (b->rigid == MPM_RIGID_FREE) {
-    PetscCall(ReadMass(o, dim, b));
+    PetscCall(ReadMass(o, dim, core->grid.round, b));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMOptionsReals(o, "body_<b>_pivot", b->name, b->pivot, &b->has_pivot));
@@ -143,6 +143,24 @@ static PetscErrorCode IsFinite(const MPMBody *b, PetscInt dim, PetscReal t, cons
   *what = !(PetscAbsReal(v[0]) + PetscAbsReal(v[1]) + PetscAbsReal(v[2]) <= PETSC_MAX_REAL)   ? "velocity"
           : !(PetscAbsReal(w[0]) + PetscAbsReal(w[1]) + PetscAbsReal(w[2]) <= PETSC_MAX_REAL) ? "spin"
                                                                                               : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#define ASIDE                                                                                                         \
+  "-body_%s_velocity has %g along x at t = %g s: with -geometry axisymmetric x is the radius; free rigid bodies and those "   \
+  "on the axis move along y only"
+
+/* Sets *aside to the velocity along the radius of a body of revolution that may have none. */
+static PetscErrorCode Aside(const MPMCore *core, const MPMBody *b, PetscReal t, PetscReal *aside)
+{
+  PetscReal v[3] = {0}, w[3] = {0}, lower[3], upper[3];
+
+  PetscFunctionBeginUser;
+  *aside = 0;
+  if (!core->grid.round) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
+  PetscCall(Evaluate(b, core->grid.dim, t, v, w));
+  if (b->rigid == MPM_RIGID_FREE || lower[0] <= 0) *aside = v[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,7 +196,7 @@ static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, const MPMRigidMas
 static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOptions o, MPMRigid *r)
 {
   const PetscInt dim = core->grid.dim, others = b->region.ncut + b->region.nwithin;
-  PetscReal      lower[3] = {0}, upper[3] = {0}, cell = 1;
+  PetscReal      lower[3] = {0}, upper[3] = {0}, cell = 1, aside;
   MPMRigidMass   m;
   const char    *what;
 
@@ -190,8 +208,10 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
                      b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
                      (double)core->grid.upper[d]);
   if (b->rigid == MPM_RIGID_FREE || others > 0 || b->region.type == MPM_REGION_sphere) {
-    MPMRigidMassOf(&b->region, dim, &m);
+    MPMRigidMassOf(&b->region, dim, core->grid.round, &m);
+    if (core->grid.round && lower[0] < 0) m.center[0] = 0;
     for (PetscInt d = 0; d < dim; d++) cell *= core->grid.h[d];
+    if (core->grid.round) cell *= 2 * PETSC_PI * PetscMax(upper[0], core->grid.h[0]);
     if (!(m.volume > EMPTY * cell))
       MPMOptionsFail(
           o, "-body_%s_%s: the rigid body %s has only %.2g times the volume of a cell, it must have more than %g times",
@@ -200,6 +220,8 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   }
   PetscCall(IsFinite(b, dim, 0, &what));
   if (what) MPMOptionsFail(o, "-body_%s_%s is not finite at t = 0", b->name, what);
+  PetscCall(Aside(core, b, 0, &aside));
+  if (aside != 0) MPMOptionsFail(o, ASIDE, b->name, (double)aside, 0.0);
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   r->name  = b->name;
   r->shape = &b->region;
@@ -365,11 +387,16 @@ PetscErrorCode MPMSceneCheckRigids(const MPMScene *scene, MPMCore *core, PetscRe
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && !core->stop[0]; k++) {
     const char *what = NULL;
+    PetscReal   aside;
 
     if (scene->bodies[k].rigid == MPM_RIGID_MOVING) PetscCall(IsFinite(&scene->bodies[k], core->grid.dim, t, &what));
     if (what)
       (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name,
                      what, (double)t);
+    if (scene->bodies[k].rigid != MPM_RIGID_MOVING) continue;
+    PetscCall(Aside(core, &scene->bodies[k], t, &aside));
+    if (aside != 0 && !core->stop[0])
+      (void)snprintf(core->stop, sizeof core->stop, ASIDE, scene->bodies[k].name, (double)aside, (double)t);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

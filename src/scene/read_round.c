@@ -35,9 +35,6 @@ PetscErrorCode MPMSceneCheckRound(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes && !MPMOptionsError(o); k++) CheckBody(&scene->bodies[k], o);
-  if (scene->meets)
-    MPMOptionsFail(o, "-contact_mu and -contacts do not apply: with -geometry axisymmetric bodies have no contact with "
-                      "friction; without these options they move as one where they meet");
   if (core->params.gravity[0] != 0)
     MPMOptionsFail(o, "-gravity %g along x does not apply: with -geometry axisymmetric gravity is along the axis, y",
                    (double)core->params.gravity[0]);

@@ -19,6 +19,7 @@
 #include "step/step.h"
 
 #define ROUNDS 200  /* at most, */
+#define NUMBERS 8 /* of a site that processes exchange: mass, that along the first axis, velocity, acceleration */
 #define QUIET  1e-6 /* until one changes velocities by less than this part of the largest change in a round */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
@@ -62,25 +63,27 @@ static PetscErrorCode Motion(MPMCore *core)
   PetscReal      *sum;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(7 * c->nsites, &sum));
+  PetscCall(PetscCalloc1(NUMBERS * c->nsites, &sum));
   for (PetscInt k = 0; k < c->nsites; k++) {
     const PetscInt at = Own(patch, &c->site[k]);
+    PetscReal     *to = sum + NUMBERS * k;
 
     if (at < 0 || !(patch->node[at].m > 0)) continue;
-    sum[7 * k] = patch->node[at].m;
+    to[0] = patch->node[at].m;
+    to[1] = MPMNodeMass(patch->grid, &patch->node[at], c->site[k].ijk[0], 0);
     for (PetscInt d = 0; d < dim; d++) {
-      sum[7 * k + 1 + d] = patch->motion[at * MPM_MOTION_NC(dim) + d];
-      sum[7 * k + 4 + d] = patch->motion[at * MPM_MOTION_NC(dim) + dim + d];
+      to[2 + d] = patch->motion[at * MPM_MOTION_NC(dim) + d];
+      to[5 + d] = patch->motion[at * MPM_MOTION_NC(dim) + dim + d];
     }
   }
-  PetscCall(PetscMPIIntCast(7 * c->nsites, &count));
+  PetscCall(PetscMPIIntCast(NUMBERS * c->nsites, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, count, MPIU_REAL, MPI_SUM, core->exchange.data));
   for (PetscInt k = 0; k < c->nsites; k++) {
-    c->site[k].m       = sum[7 * k];
     c->site[k].changes = PETSC_FALSE;
     for (PetscInt d = 0; d < 3; d++) {
-      c->site[k].v[d] = c->site[k].was[d] = sum[7 * k + 1 + d];
-      c->site[k].a[d]                     = sum[7 * k + 4 + d];
+      c->site[k].m[d] = sum[NUMBERS * k + !d];
+      c->site[k].v[d] = c->site[k].was[d] = sum[NUMBERS * k + 2 + d];
+      c->site[k].a[d]                     = sum[NUMBERS * k + 5 + d];
     }
   }
   PetscCall(PetscFree(sum));
@@ -92,7 +95,7 @@ static MPMContactSite *SiteOf(const MPMContacts *c, const MPMContactPart *part, 
 {
   const PetscInt k = c->node[part->node].site[side];
 
-  return k >= 0 && c->site[k].m > 0 && part->share[side] > 0 ? &c->site[k] : NULL;
+  return k >= 0 && c->site[k].m[1] > 0 && part->share[side] > 0 ? &c->site[k] : NULL;
 }
 
 /* Returns the rigid body of a column if it is free and yields in this phase, or NULL. */
@@ -130,22 +133,31 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
     for (int side = 0; side < 2; side++) {
       MPMContactSite *site = SiteOf(c, &c->part[k], side);
 
-      for (PetscInt d = 0; d < 3 && site; d++) site->v[d] += (side ? 1 : -1) * c->part[k].share[side] * J[d] / site->m;
+      for (PetscInt d = 0; d < 3 && site; d++) site->v[d] += (side ? 1 : -1) * c->part[k].share[side] * J[d] / site->m[d];
     }
+}
+
+/* Returns by how much a site with this share yields to an impulse, 1/kg, along a unit vector whose component along the first
+   axis is e: in bodies of revolution nodes have another mass along r. */
+static PetscReal Yields(const MPMContactSite *site, PetscReal share, PetscReal e)
+{
+  if (site->m[0] == site->m[1]) return PetscSqr(share) / site->m[1];
+  return PetscSqr(share) * (e * e / site->m[0] + (1 - e * e) / site->m[1]);
 }
 
 /* Makes a column ready for a phase: no impulse yet, and what one changes; free: a rigid body that it changes too, or NULL. */
 static void Begin(const MPMContacts *c, MPMContactColumn *col, const MPMRigid *free)
 {
-  col->press = col->inverse = 0;
+  col->press = col->inverse = col->across = 0;
   for (PetscInt d = 0; d < 3; d++) col->brake[d] = 0;
   for (PetscInt k = col->first; k < col->last; k++)
     for (int side = 0; side < 2; side++) {
       const MPMContactSite *site = SiteOf(c, &c->part[k], side);
 
-      if (site) col->inverse += PetscSqr(c->part[k].share[side]) / site->m;
+      if (!site) continue;
+      col->inverse += Yields(site, c->part[k].share[side], col->n[0]);
+      col->across += Yields(site, c->part[k].share[side], col->n[1]);
     }
-  col->across = col->inverse;
   if (free && col->inverse > 0) col->inverse += MPMRigidYields(free, col->at, col->n);
 }
 
@@ -192,11 +204,11 @@ static void Glue(MPMContacts *c, PetscBool before)
   for (PetscInt k = 0; k < c->nnodes; k++) {
     MPMContactSite *a = &c->site[c->node[k].site[0]], *b = &c->site[c->node[k].site[1]];
 
-    if (!c->pair[c->node[k].pair].glued || !(a->m > 0 && b->m > 0)) continue;
+    if (!c->pair[c->node[k].pair].glued || !(a->m[1] > 0 && b->m[1] > 0)) continue;
     for (PetscInt d = 0; d < 3; d++) {
-      a->v[d] = b->v[d] = (a->m * a->v[d] + b->m * b->v[d]) / (a->m + b->m);
+      a->v[d] = b->v[d] = (a->m[d] * a->v[d] + b->m[d] * b->v[d]) / (a->m[d] + b->m[d]);
       if (before) a->was[d] = b->was[d] = a->v[d];
-      if (before) a->a[d] = b->a[d] = (a->m * a->a[d] + b->m * b->a[d]) / (a->m + b->m);
+      if (before) a->a[d] = b->a[d] = (a->m[d] * a->a[d] + b->m[d] * b->a[d]) / (a->m[d] + b->m[d]);
     }
     a->changes = b->changes = PETSC_TRUE;
   }
@@ -211,12 +223,12 @@ static PetscReal Hold(MPMCore *core)
   for (MPMContactNode *q = c->node; q < c->node + c->nnodes; q++) {
     MPMContactSite *site = &c->site[q->site[1]];
 
-    if (!q->tied || !(site->m > 0)) continue;
+    if (!q->tied || !(site->m[1] > 0)) continue;
     MPMGridNodeAt(&core->grid, q->ijk, x);
     MPMRigidVelocity(c->pair[q->pair].rigid, core->grid.dim, x, V);
     for (PetscInt d = 0; d < core->grid.dim; d++) {
       most = PetscMax(most, PetscAbsReal(V[d] - site->v[d]));
-      q->given[d] += site->m * (V[d] - site->v[d]);
+      q->given[d] += site->m[d] * (V[d] - site->v[d]);
       site->v[d] = V[d];
     }
     site->changes = PETSC_TRUE;
@@ -237,7 +249,7 @@ static void Take(MPMCore *core, PetscBool advance)
     PetscInt       ijk[3]  = {0};
     PetscBool      changes = s->changes;
 
-    if (at < 0 || !(s->m > 0)) continue;
+    if (at < 0 || !(s->m[1] > 0)) continue;
     for (PetscInt d = 0; d < dim; d++) {
       ijk[d] = s->ijk[d] + MPMGridFirst(grid, d, s->copy);
       if (s->v[d] != s->was[d]) changes = PETSC_TRUE;
@@ -396,7 +408,7 @@ static const MPMContactSite *FindSite(const MPMContacts *c, PetscInt copy, const
     else
       hi = middle;
   }
-  return lo < c->nsites && !Compare(&c->site[lo], copy, ijk) && c->site[lo].m > 0 ? &c->site[lo] : NULL;
+  return lo < c->nsites && !Compare(&c->site[lo], copy, ijk) && c->site[lo].m[1] > 0 ? &c->site[lo] : NULL;
 }
 
 void MPMContactsGave(const MPMCore *core, const PetscInt ijk[], PetscReal dv[])

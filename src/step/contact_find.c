@@ -111,7 +111,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p, uint6
   const MPMGrid  *grid  = &core->grid;
   const PetscInt  dim   = grid->dim;
   const MPMRigid *rigid = s->c->pair[pair].rigid;
-  PetscReal       F[9], units, V[3], own[3] = {0}, surface = 0, from = 0, h = 0;
+  PetscReal       F[9], units, V[3], own[3] = {0}, surface = 0, from = 0, h = 0, hoop = 0;
   PetscInt        at[3];
   MPMMatterEnd    matter;
   Stencil         t;
@@ -125,6 +125,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p, uint6
     units /= grid->h[d];
     h = PetscMax(h, grid->h[d]);
   }
+  if (grid->round) hoop = grid->h[0] / PetscMax(s->view.x[p * dim], MPM_ROUND_LEAST * grid->h[0]);
   if (rigid) { /* by the distance and the normal where the particle is */
     const PetscReal *x    = s->view.x + p * dim;
 
@@ -153,6 +154,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p, uint6
       end += by * grid->h[d] * n[d];
       for (PetscInt e = 0; e < dim; e++)
         if (e != d) aside[e] = PetscMax(aside[e], PetscAbsReal(by));
+      if (grid->round && d == 0) part += n[0] * t.w[0][at[0]] * t.w[1][at[1]] * hoop;
     }
     for (PetscInt d = 1; d < dim; d++)
       if (PetscAbsReal(n[d]) > PetscAbsReal(n[main])) main = d;

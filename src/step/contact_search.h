@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include "kernels/cell.h"
+#include "kernels/round.h"
 #include "parallel/exchange.h"
 #include "step/matter.h"
 #include "step/step.h"
