@@ -73,8 +73,10 @@ static PetscErrorCode NoteMaterial(const MPMPrinter *print, const MPMMaterial *m
     PetscCall(MPMNote(print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)", m->name,
                       ModulusOf(m), (double)E));
   if (m->rho < MPM_BOUND_gas && (earth || E >= MPM_BOUND_si_modulus))
-    PetscCall(MPMNote(print, "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)",
-                      m->name, (double)m->rho));
+    PetscCall(MPMNote(print,
+                      "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000); if t/m^3 or "
+                      "g/cm^3 are meant, write %g",
+                      m->name, (double)m->rho, (double)(1000 * m->rho)));
   (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
   PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
   if (angle > 0 && angle < MPM_BOUND_dilation)
@@ -92,8 +94,7 @@ static PetscErrorCode NoteUnits(const MPMPrinter *print, const MPMMaterial *m)
   const char     *word = E ? "E" : "G";
 
   PetscFunctionBeginUser;
-  if (yields && m->rho >= MPM_BOUND_si_density &&
-      (part < MPM_BOUND_yield_least || (part > MPM_BOUND_yield_most && part < MPM_BOUND_yield_none)))
+  if (yields && m->rho >= MPM_BOUND_si_density && part < MPM_BOUND_yield_least)
     PetscCall(MPMNote(print,
                       "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
                       m->name, (double)m->yield, (double)part, m->name, word));
@@ -157,7 +158,7 @@ static PetscErrorCode WarnLocking(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     const MPMMaterial *m = &scene->materials[k];
 
-    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks)) continue;
+    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks) || m->mu < MPM_BOUND_yield_least * m->lambda) continue;
     PetscCall(MPMWarn(
         &core->print,
         "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or -method_locking fbar",
