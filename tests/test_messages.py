@@ -118,6 +118,10 @@ box("few steps", 0, r"note       the run makes only \d+ steps until -time_end 0.
 run = box("no other notes", 0, "digest", *QUIET, "-output_name", "plain", "-dt_cfl", "0.4", "-body_b_velocity", "0.1,0")
 check.that("note " not in run.out, f"a run of more steps gets no note: {run.find('^(note .*)$')}")
 
+run = box("a large set-up", 0, r"(?s)set-up +2097152 particles are counted and checked; they are being made\n.*they are being put in order\n.*are in order\n", "-dry_run", "-grid_cells", "1024,1024",
+          "-body_b_lower", "0,0", "-body_b_upper", "0.5,1", "-body_b_velocity", "1,0", *QUIET)
+check.that(not re.search("^set-up", box("a small one", 0, "valid", "-dry_run").out, re.M), "a small one says nothing of it")
+
 # ---- Bodies
 
 run = box("a body", 0, r"body       b: box of m, 64 particles, 250 kg, 0.25 m\^3 for a thickness of 1 m", *FEW)

@@ -330,34 +330,6 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and
-   moving hold what touches them in any direction, friction also along itself. */
-static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
-{
-  const PetscReal *g     = core->params.gravity;
-  PetscInt         walls = 0, down = 0;
-
-  PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < core->grid.dim; d++) {
-    if (PetscAbsReal(g[d]) > PetscAbsReal(g[down])) down = d;
-    for (PetscInt side = 0; side < 2; side++) {
-      const MPMWall type = scene->walls.given[d][side].type;
-
-      if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
-      walls++;
-      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) || (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) ||
-          (side ? g[d] > 0 : g[d] < 0))
-        PetscFunctionReturn(PETSC_SUCCESS);
-    }
-  }
-  if (!walls || g[down] == 0 || core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMWarn(
-      &core->print,
-      "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
-      g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Warns of a coefficient of friction that no surfaces have, which may be an angle in degrees. */
 static PetscErrorCode WarnRubs(const MPMPrinter *print, const char before[], const char name[], const char after[])
 {
@@ -438,7 +410,6 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
   PetscCall(WarnWeight(core, scene));
   PetscCall(WarnAngle(core, scene));
   PetscCall(WarnRuns(core, scene, method));
-  PetscCall(WarnFall(core, scene));
   PetscCall(WarnFriction(core, scene));
   PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -20,7 +20,7 @@ static PetscBool WallSpeed(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscRe
   if (!MPMWallHas(f->type, MPM_WALL_MOVES)) return PETSC_FALSE;
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size2 += f->velocity[d] * f->velocity[d];
   *speed = PetscMax(PetscSqrtReal(size2),
-                    MPMUnlikelySize(look, look->scene->wall_velocity[k], f->type == MPM_WALL_piston ? 1 : look->core->grid.dim, x));
+                    MPMUnlikelySize(look, look->scene->wall_velocity[k], look->scene->wall_along[k] ? 1 : look->core->grid.dim, x));
   WriteWave(look, odd);
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }
@@ -293,4 +293,15 @@ PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  odd->ratio = look->monitor->check_energy;
+  if (look->core->energy.on) return PETSC_FALSE;
+  for (PetscInt m = 0; m < look->scene->nmaterials; m++)
+    if (look->scene->materials[m].type->traits & MPM_PLASTIC)
+      (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->materials[m].name);
+  return MPMUnlikelyGiven("check_energy", NULL, "", odd) && odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
 }
