@@ -35,6 +35,8 @@ A scene is a PETSc options file, one `-name value` a line:
 * The command line overrides the file; of an option that stands there twice, the last value counts. A file may name another
   with `-options_file` and override it; two lines of one file that give an option different values are refused. Files that
   end in `.yaml` or `.yml` are read as YAML by PETSc.
+* A value has at most 2046 characters (a polygon may be a file). PETSc 3.18 takes 512 options, enough for some 120
+  bodies; several loops of a polygon, an expression or a file make one body of many.
 * Names do not depend on case. `-materials` and `-bodies` declare names; `<m>`, `<b>` and `<f>` below stand for a declared
   material, a declared body and a face (`xmin` `xmax` `ymin` `ymax` `zmin` `zmax`, as far as `-dim` goes).
 * A default *required* means that there is none. An option that is misspelt, out of range, of the wrong length, or that

@@ -31,6 +31,8 @@ void MPMOptionsNote(int file, const char name[], const char value[], const char 
                     size_t len);
 int  MPMOptionsNewFile(void);
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
+int  MPMOptionsPlaced(void);
+PetscBool MPMOptionsIsPlaced(const char name[]);
 void MPMOptionsForgetPlaces(void);
 
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
