@@ -13,7 +13,7 @@ static const struct {
               {"damping_time", NULL, "nothing moves that could be damped"},
               {"damping_kinetic", "false", "nothing moves that could be damped"},
               {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load"},
-              {"method_locking", "none", "its tangent is not built; use a finer grid"},
+              {"method_lock_cells", "1", "the means of a box of cells are not in its tangent"},
               {"history_energy", "false", "there is no motion whose energy could be followed"},
               {"check_energy", "0", "the work of loads is that of steps, and not exact"},
               {"check_momentum", "0", "there is no momentum"},
@@ -76,7 +76,6 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
   }
   PetscCall(Refuse(mpm, o));
   PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
-  mpm->core.params.box = 0;
   mpm->method.rate     = 0;
   if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;
   PetscFunctionReturn(PETSC_SUCCESS);

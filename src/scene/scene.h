@@ -201,8 +201,8 @@ PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, Pets
 /* --- Body forces and loads (forces.c); not collective, but for MPMForcesUpdate: on exchange.data ------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal B[],
-                                PetscReal P[], PetscBool *any);
+PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal S[],
+                                PetscReal B[], PetscReal P[], PetscBool *any);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
 PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,

@@ -56,7 +56,7 @@ PetscErrorCode MPMStaticDestroy(MPMCore *);
 #define MPM_STATIC_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 typedef struct {
   PetscInt  n, base[3], number[MPM_STATIC_NODES];
-  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3];
+  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3], r; /* r: the particle's radius in bodies of revolution, m */
 } MPMStaticNodes;
 
 /* The unknowns (static_nodes.c). Number finds them and makes vectors and the tangent's matrix. Stencil sets the nodes of

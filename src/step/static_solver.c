@@ -101,7 +101,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscInt          unknowns;
 
   PetscFunctionBeginUser;
-  s->symmetric = PETSC_TRUE;
+  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
   for (PetscInt k = 0; k < core->params.nmaterials; k++) {
     const MPMMaterial *m = &core->params.materials[k];
 
