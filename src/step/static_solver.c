@@ -113,6 +113,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
     if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  if (core->grid.round) s->least *= 2 * PETSC_PI * core->grid.upper[0];
   PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
   PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
   PetscCall(OrderSums(core, PETSC_TRUE));
