@@ -180,6 +180,48 @@ def check_round():
     check.that(again.digest == whole[0].digest, f"restarted: {again.digest}, whole {whole[0].digest}")
 
 
+def check_separate():
+    """Walls that only push: a beam that is lifted at its end leaves the floor where beam theory says; one that is pressed and then
+    lifted is where it is without the floor; one that sags comes to lie on it; the sum of forces is right each time."""
+    floor = ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-loads p", "-load_p_body b", "-load_p_type traction", "-load_p_face xmax",
+             "-history_walls", "ymin", "-history_every", 0.1]
+    floor = [*floor[:7], " ".join(map(str, floor[7:9])), " ".join(map(str, floor[9:]))]
+    long = [*floor, "-grid_upper 8.5,2", "-grid_h 0.125,0.125", "-bc_xmin_type slip", "-gravity 0,-1", "-gravity_ramp 0",
+            *body("box", E="1e5", rho=1, lower="0,0", upper="8,0.5"), "-load_p_value 0,2*t"]  # 1 N at the end, 4 N of weight
+    runs = [run(f"lifted{n}", long, n=n) for n in (1, 2)]
+    x, u = moved("lifted1")
+    foot = x[:, 1] < 0.125
+    inertia = 1e5 / 0.91 / 12 * 0.5**3
+    last = check.history("lifted1/lifted1.csv")
+    up = x[foot & (u[:, 1] > 1e-6), 0].min()
+    check.that(abs(last["reaction_ymin_y"][-1] - 3) < 1e-6, f"the floor carries {last['reaction_ymin_y'][-1]:.9f} N, the weight less the force is 3 N")
+    check.that(abs(up - 4.19) < 0.3, f"the beam is 1e-6 m above the floor at {up:.3f} m; beam theory: 4.19 m")
+    end = u[x[:, 0] > 7.9, 1].mean()
+    check.that(abs(end / (0.5 * 4**4 / 24 / inertia) - 1) < 0.08, f"its end is lifted by {1e3 * end:.3f} mm, by beam theory {1e3 * 0.5 * 4**4 / 24 / inertia:.3f} mm")
+    check.that(u[:, 1].min() > -1e-4 and runs[0].find(r"solver .* snes (\w+)") == "vinewtonrsls", f"nothing sinks by more than {-1e3 * u[:, 1].min():.3f} mm")
+    off = np.abs(moved("lifted2")[1] - u).max()
+    check.that(off < 1e-8, f"1 and 2 processes: displacements differ by {off:.2g} m")
+    run("go", long, "-time_max_steps", 5, "-checkpoint_every", 0.1)
+    again = run("go", long, "-restart_file", "latest")
+    check.that(again.digest == runs[0].digest, f"restarted: {again.digest}, whole {runs[0].digest}")
+    short = [*floor, "-grid_upper 4.5,2", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", *body("box", E="1e5", rho=1, lower="0,0", upper="4,1"), '-load_p_value "0,40*(t-0.5)"']
+    run("pressed", short)
+    run("alone", short, "-bc_ymin_type", "free", "-history_walls", "xmin")
+    hold = check.history("pressed/pressed.csv")["reaction_ymin_y"]
+    off = np.abs(moved("pressed")[1] - moved("alone")[1]).max() / np.abs(moved("alone")[1]).max()
+    check.that(hold[1] > 10 and abs(hold[-1]) < 1e-9 and off < 1e-3, f"pressed with 16 N the floor carries {hold[1]:.3f} N, and {hold[-1]:.1g} N from the lifted beam, which moves as without it but for {off:.1g}")
+    run("sags", ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-grid_upper 4.5,2", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
+                 *body("box", E="1e4", rho=1, lower="0,0.02", upper="4,1.02"), "-history_walls ymin", "-history_every 0.1"])
+    x, u = moved("sags")
+    rows, hold = x[:, 1] < 0.2, check.history("sags/sags.csv")["reaction_ymin_y"]
+    below = 0.02 + u[rows, 1].min()
+    check.that(abs(hold[2] - 2 * hold[1]) < 1e-3 and hold[-1] > 10 * hold[1] + 0.1 and abs(below) < 0.004,  # the corner that xmin holds counts to ymin
+               f"a beam 2 cm above the floor: the floor carries {hold[1]:.3f}, {hold[2]:.3f} ... {hold[-1]:.3f} N; in the end the beam's foot is {1e3 * below:.2f} mm above it")
+    through = run("through", ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-grid_upper 4.5,3", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
+                              *body("box", E="300", rho=1, lower="0,1", upper="4,2")], *QUIET, status=3)
+    check.that("b has met its wall ymin (separate)" in through.said, f"a body that comes from afar is told: {through.err.strip()[-200:]}")
+
+
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
            *body("box", law="vonmises", E="1000", rho=1, lower="0,0", upper="6,3"), "-material_m_yield 1.7320508", "-loads q", "-load_q_body b",
            "-load_q_type pressure", "-load_q_face ymax", '-load_q_value "8*t*(X<1)"', "-time_end 1"]

@@ -43,7 +43,7 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
     if (given) MPMOptionsFail(o, "%s does not apply with -method_time static: nothing moves", name);
   }
   for (PetscInt k = mpm->core.grid.round ? 2 : 0; k < 2 * mpm->core.grid.dim; k++) /* the axis is no support */
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE;
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE; /* separate: while it presses */
   if (!held)
     MPMOptionsFail(o, "-method_time static needs a wall that holds the body, or it is in equilibrium wherever it is: "
                       "choose -bc_<f>_type fixed, slip or moving%s",
