@@ -205,8 +205,8 @@ PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, Pe
                                 PetscReal B[], PetscReal P[], PetscBool *any);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
-PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
-                             PetscReal *size);
+PetscErrorCode MPMForcesAdd(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
+                            MPMSum sum[]);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads
