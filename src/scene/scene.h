@@ -90,6 +90,7 @@ typedef struct {
   PetscInt      nkinds;
   MPMWalls      walls;
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
+  PetscBool     wall_along[6];    /* the velocity of a face is one number or formula, along its normal */
   MPMLoad      *loads;
   PetscInt      nloads, nvolume;     /* of these loads, those on volumes */
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
