@@ -74,13 +74,6 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   }
 }
 
-PetscInt MPMShownStress(PetscInt dim, PetscInt k)
-{
-  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
-
-  return upper[MPMSymPlace((int)dim, (int)k)];
-}
-
 static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
