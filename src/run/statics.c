@@ -30,9 +30,6 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++)
     PetscCall(MPMOptionsRefuse(o, moving[k].name, moving[k].neutral, "-method_time static", moving[k].why));
-  if (mpm->core.grid.round)
-    MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_time static, which is built for planes and for "
-                      "3-D; use -damping_kinetic");
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
     MPMOptionsFail(o, "-parallel_strategy pool does not apply with -method_time static: each iteration would send all "
@@ -45,11 +42,12 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
     if (given) MPMOptionsFail(o, "%s does not apply with -method_time static: nothing moves", name);
   }
-  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE;
+  for (PetscInt k = mpm->core.grid.round ? 2 : 0; k < 2 * mpm->core.grid.dim; k++) /* the axis is no support */
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE; /* separate: while it presses */
   if (!held)
     MPMOptionsFail(o, "-method_time static needs a wall that holds the body, or it is in equilibrium wherever it is: "
-                      "choose -bc_<f>_type fixed, slip or moving");
+                      "choose -bc_<f>_type fixed, slip or moving%s",
+                   mpm->core.grid.round ? " of ymin or ymax" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

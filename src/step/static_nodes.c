@@ -175,7 +175,7 @@ static PetscErrorCode SetRigidMotions(struct MPMStatic *s)
   MatNullSpace   rigid;
 
   PetscFunctionBeginUser;
-  if (grid->dim == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (grid->dim == 1 || grid->round) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(s->u, &where));
   PetscCall(VecSetBlockSize(where, grid->dim));
   PetscCall(VecGetArray(where, &x));
