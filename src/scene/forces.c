@@ -197,9 +197,10 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds to *size, N, the sizes of the forces of a load on the particles of a view at time t, s. Not collective. */
-PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
-                             PetscReal t, PetscReal *size)
+/* Adds to sum [4], N, the forces of a load on the particles of a view at time t, s, by axis, and their sizes. Not
+   collective. */
+PetscErrorCode MPMForcesAdd(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
+                            PetscReal t, MPMSum sum[])
 {
   PetscFunctionBeginUser;
   for (PetscInt p = 0; p < view->n; p++) {
@@ -207,7 +208,8 @@ PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const M
     PetscReal       b[3] = {0}, S[9] = {0};
 
     PetscCall(AddLoad(scene, core, load, view, p, t, b, S));
-    *size += m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    for (PetscInt d = 0; d < 3; d++) MPMSumAdd(&sum[d], m * b[d]);
+    MPMSumAdd(&sum[3], m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
