@@ -267,17 +267,18 @@ static PetscReal Loads(const MPMShown *s)
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
    Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 kick by
    (v dt - v_start dt_1)/2, with the first step dt_1, but for the squares of changes of dt. All kicks together are t +
-   (dt_1 - dt)/2. */
+   (dt_1 - dt)/2. Implicit steps have no kicks: their work is that along the displacement. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
+  const PetscReal  part = s->core->implicit ? 0 : 0.5;
   PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0];
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
             (MPMShownEver(now, MPM_SHOWS_mass_moment, d) - start->sum[MPM_SHOWS_mass_moment][d] -
-             0.5 * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
+             part * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
   return work;
 }
 
