@@ -158,6 +158,42 @@ def static():
     check.that(back.status == 2 and "a motion cannot become statics" in back.err, back.err.strip())
 
 
+def leaves():
+    """Bodies leave, of matter and rigid ones: the balances count what they take along."""
+    pair = check.write("pair.opts", open(FREE).read().replace("-bodies ball", "-bodies ball,other") + "-body_other_shape sphere\n-body_other_center 1,3\n-body_other_radius 0.4\n"
+                       "-body_other_material rubber\n-body_other_velocity 2,1\n-output_every 0.02\n".replace("-output_every", "# -output_every"))
+    check.need(run(pair, "pair").good, "two balls")
+    said, rows = go(pair, "pair", "a ball leaves", "-remove", "other", "-check_momentum", 1e-11)
+    k = np.searchsorted(rows["time"], 0.0401)
+    size = rows["kinetic_energy"].max()
+    check.that(rows["mass"][k] < 0.6 * rows["mass"][0] and rows["particles"][k] < 0.6 * rows["particles"][0], f"{said.find('^(restart .*leave.*)$')}")
+    check.that(abs(np.diff(rows["energy_residual"])).max() < 1e-4 * size, f"the residual changes by at most {abs(np.diff(rows['energy_residual'])).max() / size:.1e} of the energy")
+    check.that("particles left with their bodies, with" in said.out, said.find("^(lost.*)$"))
+    again = run(pair, "go", "-restart_file", "latest", "-time_end", 0.1, "-remove", "other")
+    check.that(again.good and "leave with their bodies" not in again.out, "a later restart names it too, and nothing leaves twice")
+    for more, words in ((["-time_end", 0.1], "other had left before"), (["-time_end", 0.1, "-remove", "other,ball"], "no particle would be left"),
+                        (["-time_end", 0.1, "-remove", "other,balll"], "-remove balll: the scene has no body of that name with particles, and no rigid one")):
+        told = run(pair, "go", "-restart_file", "latest", *more)
+        check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, told.err.strip())
+    told = run(pair, "go", "-remove", "other")
+    check.that(told.status == 2 and "-remove does not apply: bodies leave at a restart" in told.err, told.err.strip())
+    # a column of soil between a wall and a rigid gate, which leaves; and a free ball that does
+    gate = check.write("gate.opts", open(SOIL).read().replace("-bodies soil,lid", "-bodies soil,lid,gate,ball") + "-body_gate_shape box\n-body_gate_lower 0.8,0\n-body_gate_upper 1,0.8\n"
+                       "-body_gate_rigid fixed\n-body_ball_shape sphere\n-body_ball_center 1.3,0.7\n-body_ball_radius 0.15\n-body_ball_rigid free\n-body_ball_rho 2000\n".replace("-damping", "# -damping"))
+    text = check.content(gate).decode().replace("-damping_time 0.1\n", "").replace("-cohesion 5e3", "-cohesion 10")
+    check.write("gate.opts", text)
+    check.need((first := run(gate, "gate", "-history_energy")).good, first.said[-500:])
+    held, _ = go(gate, "gate", "the gate stays", "-history_energy", ways=(1,))
+    said, rows = go(gate, "gate", "gate, lid and ball leave", "-remove", "gate,ball,lid", "-history_energy", "-time_end", 0.12)
+    k = np.searchsorted(rows["time"], 0.0401)
+    size = rows["kinetic_energy"].max() + abs(rows["external_work"]).max()
+    check.that(said.digest != held.digest and rows["rigid_kinetic_energy"][k - 1] > 0 and rows["rigid_kinetic_energy"][k] == 0, "the soil is let go, and the ball is gone")
+    jump = abs(np.diff(rows["energy_integration"]))
+    check.that(jump[k - 1] < 3 * max(jump[k - 2], jump[k]) + 1e-6 * size, f"the terms close: integration changes by {jump[k - 1]:.2e} J as they leave, by {jump[k - 2]:.2e} before and {jump[k]:.2e} after")
+    total = run(SOIL.replace("soil.opts", "block.opts"), "total", "-restart_file", sorted(glob.glob("static/block-checkpoint-*.h5"))[0], "-method_frame", "total", "-gravity", "0,-9.81", "-remove", "ball")
+    check.that(total.status == 2 and "-remove does not apply in the total frame" in total.err, total.err.strip())
+
+
 def refused():
     """What may not change is refused by name; what particles would need and do not have, too."""
     for more, words in ((["-grid_upper", "1.65,1"], "-grid_upper"), (["-body_soil_upper", "0.8,0.5"], "-body_soil_upper"), (["-body_soil_ppc", "3,3"], "-body_soil_ppc"),
@@ -180,5 +216,6 @@ dt()
 balance()
 columns()
 static()
+leaves()
 refused()
 check.end()

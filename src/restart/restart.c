@@ -85,6 +85,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
+  if (!set) PetscCall(MPMLeaveSetFromOptions(c, PETSC_FALSE, o));
   if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
 #if !defined(PETSC_HAVE_HDF5)
@@ -98,6 +99,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   PetscCall(MPMCheckpointRead(c->from, c->core->comm, &header, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
   if (!MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMLeaveSetFromOptions(c, PETSC_TRUE, o));
   if (c->shapes != c->scene->shapes)
     MPMOptionsFail(
         o,
@@ -248,6 +250,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   if (!out->enabled) out->count = 0;
   PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
   if (c->changed) PetscCall(Change(c, &bound));
+  PetscCall(MPMLeave(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -283,6 +286,9 @@ PetscErrorCode MPMRestartFiles(MPMCheckpoint *c)
                        (double)c->monitor->every, (double)c->history_was, (double)c->output->every,
                        (double)c->output_was));
   if (c->differ[0]) PetscCall(MPMPrint(&c->core->print, "restart    changed options: %s\n", c->differ));
+  if (c->left[0] > 0)
+    PetscCall(MPMPrint(&c->core->print, "restart    %.0f particles leave with their bodies, of %g kg\n",
+                       (double)c->left[0], (double)c->left[1]));
   if (c->scene->dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMMonitorResume(c->monitor, c->core, c->scene, c->own, (long)c->history_length));
   PetscCall(MPMOutputResume(c->output, c->core, c->scene));

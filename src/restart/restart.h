@@ -38,6 +38,7 @@ typedef struct {
   PetscReal history_was, output_was;
   PetscBool own, changed, was_static;
   PetscInt  missing;
+  PetscReal left[2]; /* of bodies that leave at the restart: particles; mass, kg */
   char      git[MPM_NAME_LEN], *options;
   char      from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
 } MPMCheckpoint;
@@ -79,6 +80,10 @@ PetscBool      MPMRestartMayChange(const char row[]);
 PetscErrorCode MPMRestartCompare(MPMCheckpoint *, MPMOptions);
 PetscInt64     MPMRestartKinds(const MPMScene *);
 void           MPMRestartBalance(MPMCheckpoint *, const MPMTotals *now);
+
+/* Bodies that leave (leave.c): read -remove; after all else of a restart, remove them, which is collective on the exchange. */
+PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *, PetscBool restarts, MPMOptions);
+PetscErrorCode MPMLeave(MPMCheckpoint *);
 
 /* Fields that a checkpoint does not have (refill.c): keep those of the particles as they start, which are made for this;
    give them to the particles of the same ids that are here then. kept: [fields]. Collective on exchange.data. */
