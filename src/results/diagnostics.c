@@ -74,16 +74,33 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   }
 }
 
-PetscInt MPMShownStress(PetscInt dim, PetscInt k)
-{
-  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
-
-  return upper[MPMSymPlace((int)dim, (int)k)];
-}
-
 static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
+}
+
+/* Numbers of the stress of a particle, in Pa. */
+#define OF_STRESS(name)                                                                                                \
+  static void Fill_##name(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])                            \
+  {                                                                                                                    \
+    PetscReal stress[9];                                                                                               \
+                                                                                                                       \
+    Fill_stress(s, v, p, stress);                                                                                      \
+    row[0] = MPMShown_##name(stress);                                                                                  \
+  }
+OF_STRESS(von_mises)
+OF_STRESS(pressure)
+OF_STRESS(stress_min)
+OF_STRESS(stress_max)
+
+static void Fill_lower_edge(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  MPMShownEdge(s, v, p, -1, row);
+}
+
+static void Fill_upper_edge(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  MPMShownEdge(s, v, p, 1, row);
 }
 
 /* The equivalent plastic strain of a material without plasticity is 0. */
@@ -92,12 +109,12 @@ static void Fill_plastic_strain(const MPMShown *s, const MPMView *v, PetscInt p,
   row[0] = MaterialOf(s, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
 }
 
-/* The temperature of johnsoncook, (12f); of a material without heat it is 0. */
+/* The temperature of johnsoncook, (12f); a material without heat has none. */
 static void Fill_temperature(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const MPMMaterial *m = MaterialOf(s, v, p);
 
-  row[0] = 0;
+  row[0] = (PetscReal)NAN;
   if (m->state & MPM_BIT(theta))
     row[0] = (m->temperature + v->theta[p]) * MPMExp(m->gruneisen * (1 - Jacobian(s, v, p)));
 }

@@ -94,6 +94,17 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *);
 /* Returns where component k of a symmetric tensor (MPM_SYM_NC) is among the 9 of the stress that is shown. */
 PetscInt MPMShownStress(PetscInt dim, PetscInt k);
 
+/* Return numbers of a Cauchy stress [9], row by row, Pa: von Mises stress, mean pressure, least and greatest principal
+   stress (stress.c). Not collective. */
+PetscReal MPMShown_von_mises(const PetscReal stress[]);
+PetscReal MPMShown_pressure(const PetscReal stress[]);
+PetscReal MPMShown_stress_min(const PetscReal stress[]);
+PetscReal MPMShown_stress_max(const PetscReal stress[]);
+
+/* Sets row [3] to where particle p of a view ends along each axis, m: above its centre for sign 1, below for -1 (edges.c).
+   Not collective. */
+void MPMShownEdge(const MPMShown *, const MPMView *, PetscInt p, PetscReal sign, PetscReal row[]);
+
 /* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 

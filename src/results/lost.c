@@ -38,7 +38,7 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
     gone.n = 0;
     for (PetscInt p = 0; p < view.n; p++)
       if (view.cell[p] == MPM_NOWHERE) MPMSelectedAdd(&gone, p, k == MPM_SHOWS_lost_mass_time ? core->kicked : 1);
-    PetscCall(MPMSelectedSum(&gone, &shown, &view, MPMDiagnostics[k].of, sum, NULL));
+    PetscCall(MPMSelectedSum(&gone, &shown, &view, MPMDiagnostics[k].of, sum, NULL, NULL));
     sum += MPMDiagnostics[k].nc;
   }
   PetscCall(MPMSelectedDestroy(&gone));

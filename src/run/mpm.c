@@ -4,6 +4,8 @@
 #include "run/mpm.h"
 #include "step/static.h"
 
+#define MANY 2000000 /* particles: a set-up of so many says what it has done */
+
 /* Makes an empty run on comm. Collective on comm. */
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 {
@@ -178,6 +180,14 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says what the set-up of a large scene has done, since it takes a while. */
+static PetscErrorCode TellSetUp(const MPMCore *core, const char done[])
+{
+  PetscFunctionBeginUser;
+  if (core->particles.total >= MANY) PetscCall(MPMPrint(&core->print, "set-up     %" PetscInt64_FMT " particles are %s\n", core->particles.total, done));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes grid, patches and particles, and predicts the cost of a step. Collective on core.comm. */
 PetscErrorCode MPMSetUp(MPM mpm)
 {
@@ -191,13 +201,16 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMWatchSetUp(&mpm->watch, core, &mpm->scene));
+  PetscCall(TellSetUp(core, "counted and checked; they are being made"));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
     PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(&mpm->checkpoint)
                                       : MPMSceneAddParticles(&mpm->scene, core));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
+    PetscCall(TellSetUp(core, "made; they are being put in order"));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+    PetscCall(TellSetUp(core, "in order"));
     PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));

@@ -14,42 +14,25 @@ import marks
 from latex2mathml.converter import convert
 
 STYLE = """
-body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-body { font: 16px/1.5 Georgia, "DejaVu Serif", serif; }
+body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; color: #222; font: 16px/1.5 Georgia, "DejaVu Serif", serif; }
 h1, h2, h3 { font-family: "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; line-height: 1.25; }
 h2 { border-bottom: 1px solid #ccc; margin-top: 2.2em; padding-bottom: .2em; }
-figure { margin: 1em 0; }
-figcaption { font-size: .85rem; color: #555; }
-nav { font-size: .9rem; }
-.wide { overflow-x: auto; margin: .4em 0 1.4em; }
+.wide, .formula { overflow-x: auto; margin: .6em 0 1.2em; }
+.formula { text-align: center; }
 table { border-collapse: collapse; font-size: .8rem; }
-math { font-size: 1.02em; }
-.formula { margin: .8em 0; overflow-x: auto; overflow-y: hidden; text-align: center; }
-math { font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", math; }
-td:first-child { white-space: nowrap; }
-.caption { font-size: .92rem; }
 th, td { border: 1px solid #ccc; padding: .25em .55em; vertical-align: top; text-align: left; }
-th { background: #f2f2f2; }
-pre { background: #f6f6f6; border: 1px solid #e2e2e2; padding: .6em .8em; overflow-x: auto; }
-pre { font-size: .85rem; line-height: 1.4; }
-code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: .92em; }
+th, pre { background: #f4f4f4; }
+pre { padding: .6em .8em; overflow-x: auto; font-size: .85rem; }
 img { max-width: 100%; }
-@page { size: A4; margin: 14mm 14mm; }
+@page { size: A4; margin: 14mm; }
 @media print {
   body { max-width: none; margin: 0; padding: 0; font-size: 9.1pt; line-height: 1.3; }
   nav { display: none; }
-  h1, h2, h3, .caption { break-after: avoid; }
-  h2 { margin-top: 1.2em; }
-  .wide, .formula { overflow: visible; break-inside: avoid; }
-  pre { overflow: visible; font-size: 7.6pt; }
-  .caption { font-size: 8.6pt; }
-  table { font-size: 6.9pt; line-height: 1.2; }
+  h1, h2, h3, .caption, figure { break-after: avoid; }
+  tr, img, pre, math, .wide, .caption { break-inside: avoid; }
+  table { font-size: 6.6pt; line-height: 1.2; }
   th, td { padding: .12em .35em; }
-  tr, img, pre, math { break-inside: avoid; }
-  figure { margin: .5em 0; text-align: center; break-after: avoid; }
-  .caption { break-inside: avoid; }
   img { max-width: 78%; max-height: 82mm; }
-  a { color: inherit; text-decoration: none; }
 }
 """
 
@@ -115,26 +98,14 @@ def write(text, folder, path):
     print(f"  {os.path.relpath(path)}")
 
 
-def print_pdf(page, path):
-    """Prints the page as PDF, where Chromium is installed."""
+def make(text, folder, name):
+    """Writes NAME.html and NAME.pdf."""
+    page, path = (os.path.abspath(os.path.join(folder, f"{name}.{end}")) for end in ("html", "pdf"))
+    write(text, folder, page)
     browser = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
     if not browser:
-        print("  no report.pdf: it is printed by Chromium, which is not installed (Debian: apt-get install chromium)")
-        return
+        return print(f"  no {name}.pdf: it is printed by Chromium, which is not installed (Debian: apt-get install chromium)")
     with tempfile.TemporaryDirectory() as home:
-        command = [
-            browser,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            f"--user-data-dir={home}",
-            "--no-pdf-header-footer",
-        ]
-        done = subprocess.run(
-            [*command, f"--print-to-pdf={path}", f"file://{os.path.abspath(page)}"], capture_output=True, text=True
-        )
-    print(
-        f"  {os.path.relpath(path)}"
-        if not done.returncode
-        else f"  no report.pdf: {browser} failed: {done.stderr.strip()[-200:]}"
-    )
+        command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={home}", "--no-pdf-header-footer"]
+        done = subprocess.run([*command, f"--print-to-pdf={path}", f"file://{page}"], capture_output=True, text=True)
+    print(f"  no {name}.pdf: {browser} failed: {done.stderr.strip()[-200:]}" if done.returncode else f"  {os.path.relpath(path)}")

@@ -6,8 +6,7 @@
    First come facts of the method, a line each, the last is `ready`. Then it reads a request a line and answers with a
    line; a number that a request lacks is 0:
 
-     share = particles nodes ghosts neighbours processes axes crossing row waits (MPMShare), and ghosts received: of the
-             sums that come from other processes; negative: as many as are sent
+     share = particles nodes ghosts neighbours processes axes crossing row waits (MPMShare)
 
      step <share>                                s of a step
      parts <share>                               s of each part of a step: name=s ...
@@ -23,7 +22,7 @@
 #include "kernels/tile_index.h"
 #include "run/mpm.h"
 
-#define NUMBERS 10 /* of a request, at most */
+#define NUMBERS 9 /* of a request, at most */
 
 static void PrintFacts(const MPM mpm)
 {
@@ -35,16 +34,11 @@ static void PrintFacts(const MPM mpm)
   printf("dim %" PetscInt_FMT "\n", core->grid.dim);
   printf("stencil %" PetscInt_FMT "\n", (PetscInt)MPMBasisNodes(core->basis)); /* nodes on an axis */
   printf("tile %" PetscInt_FMT "\n", MPMTileEdge(core->basis));
-  printf("travels %" PetscInt_FMT "\n",
-         MPMParticlesBytes(&core->particles, MPM_SWARM)); /* B of a particle that migrates */
+  printf("travels %" PetscInt_FMT "\n", MPMParticlesBytes(&core->particles, MPM_SWARM)); /* B of one that migrates */
   for (PetscInt k = 0; k < core->nprogram; k++) {
     const MPMPhase *phase = core->program[k];
 
-    printf("phase %s %s %s %zu\n", phase->name,
-           phase->kind == MPM_NODES                ? "nodes"
-           : phase->kind == MPM_PARTICLES_TO_NODES ? "to_nodes"
-                                                   : "to_particles",
-           phase->kind == MPM_PARTICLES_TO_NODES && phase->parts & MPM_P2G_FORCE ? "forces" : "-",
+    printf("phase %s %s %zu\n", phase->name, phase->kind == MPM_NODES ? "nodes" : "particles",
            MPMParticlesRowBytes(&core->particles, phase->particles_in) +
                MPMParticlesRowBytes(&core->particles, phase->particles_out)); /* of a particle, to a worker and back */
   }
@@ -62,23 +56,6 @@ static MPMShare Share(const double v[])
                     .crossing   = v[6],
                     .row        = v[7],
                     .waits      = v[8]};
-}
-
-/* Does the timer sum particles to nodes? */
-static PetscBool Sums(const MPMCore *core, PetscInt e)
-{
-  for (PetscInt k = 0; k < core->nprogram; k++)
-    if (core->program[k]->timer == e && core->program[k]->kind == MPM_PARTICLES_TO_NODES) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* Seconds of a part of a step. The sums that are sent and those that come are packed and unpacked alike. */
-static PetscReal Part(const MPMModel *m, const MPMCore *core, PetscInt e, const double v[])
-{
-  MPMShare s = Share(v);
-
-  if (v[9] >= 0 && Sums(core, e)) s.ghosts = (v[2] + v[9]) / 2;
-  return MPMModelTimer(m, core, e, &s);
 }
 
 static void AnswerMaster(const MPMModel *m, const MPMCore *core, const double v[])
@@ -128,13 +105,14 @@ static PetscBool Answer(MPM mpm, const char line[])
   else if (!strcmp(word, "direct"))
     mpm->core.exchange.direct = v[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
   else if (!strcmp(word, "step")) {
-    PetscReal t = 0;
+    const MPMShare s = Share(v);
 
-    for (PetscInt e = 0; e < core->timers.n; e++) t += Part(m, core, e, v);
-    printf("%.17g\n", (double)t);
+    printf("%.17g\n", (double)MPMModelStep(m, core, &s));
   } else if (!strcmp(word, "parts")) {
+    const MPMShare s = Share(v);
+
     for (PetscInt e = 0; e < core->timers.n; e++)
-      printf("%s=%.17g ", core->timers.name[e], (double)Part(m, core, e, v));
+      printf("%s=%.17g ", core->timers.name[e], (double)MPMModelTimer(m, core, e, &s));
     printf("\n");
   } else if (!strcmp(word, "master"))
     AnswerMaster(m, core, v);
