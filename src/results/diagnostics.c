@@ -273,7 +273,7 @@ PetscReal MPMShownWork(const MPMShown *s)
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
   const PetscReal  part = s->core->implicit ? 0 : 0.5;
-  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0];
+  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
@@ -316,7 +316,7 @@ static PetscReal Value_energy_integration(const MPMShown *s)
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
          Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
          Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
-         Value_energy_rigid(s);
+         Value_energy_rigid(s) - s->core->changes.energy;
 }
 
 VALUE(newton_iterations, s->core->implicit->newton)
