@@ -107,7 +107,7 @@ LADDERS = (
     ("musl, flip", "linear"),
     ("musl, flip", "quadratic B-spline"),
     ("usl, aflip", "quadratic B-spline"),
-    ("usl, aflip with -method_affine_strain 1 (the default)", "cubic B-spline"),
+    ("preset balanced (the default)", "cubic B-spline"),
     ("usl, aflip", "GIMP, stretched"),
 )
 
@@ -117,18 +117,17 @@ def ladder(method, basis):
 
 
 def table_orders():
-    lines = []
+    lines, sizes = [], sorted({r["cells"] for r in data.rows("ladders.csv")})
     for method, basis in LADDERS:
         e = ladder(method, basis)
-        cells = [f"{100 * v:.2g} %" if math.isfinite(v) else "stops" for v in e.values()]
-        orders = [math.log2(a / b) if math.isfinite(b) else b for a, b in zip(e.values(), list(e.values())[1:])]
-        lines.append([basis, method, *cells, *(f"{o:.1f}" if math.isfinite(o) else "" for o in orders[-2:])])
-    sizes = list(ladder(*LADDERS[0]))
-    return markdown(["basis", "update, transfer", *(f"{n} cells" for n in sizes), *(f"order {a}-{b}" for a, b in zip(sizes[-3:], sizes[-2:]))], lines)
+        cells = [("" if n not in e else f"{100 * e[n]:.2g} %" if math.isfinite(e[n]) else "stops") for n in sizes]
+        a, b = list(e.values())[-2:]
+        lines.append([basis, method, *cells, f"{math.log2(a / b):.1f}" if math.isfinite(b) else ""])
+    return markdown(["basis", "update, transfer", *(f"{n} cells" for n in sizes), "last order"], lines)
 
 
 def serial():
-    floor = [r for r in data.rows("bench/floor.csv") if r["group"] == "seed" and r["update"] == "usf"]
+    floor = [r for r in data.rows("bench/seed.csv") if r["update"] == "usf"]
     ratios = []
     for n in {r["particles"] for r in floor}:
         ns = {r["program"]: r["min_ns"] for r in floor if r["particles"] == n}
@@ -399,9 +398,73 @@ def validation():
         ("direct", list(against(DIRECT))), ("swarm", list(against(SWARM))), ("pool", list(against(POOL))))}  # fmt: skip
 
 
+# ---- docs/performance.md
+PRESETS = {"fast": "bs2 usl flip", "balanced": "bs3 usl aflip 1", "accurate": "bs3 usl afmpm", "energy": "bs3 musl flip", "solid": "bs2 total 2"}
+WORK = (2, 99225), (2, 998001), (3, 97336), (3, 1000000)  # dimension and particles of the peers' scenes
+
+
+def timed(group, **which):
+    """The row of docs/data/bench for these columns."""
+    return next((r for r in data.rows(f"bench/{group}.csv") if all(r[k] == v for k, v in which.items())), None)
+
+
+def table_presets():
+    cost = {(r["dim"], r["method"]): r for r in data.rows("method_cost.csv")}
+    lines = []
+    for preset, method in PRESETS.items():
+        both = [cost[dim, method] for dim in (2, 3)]
+        lines.append([f"`{preset}`", *(f"{r['ratio'] / cost[r['dim'], PRESETS['balanced']]['ratio']:.2f}" for r in both), *(r["bytes"] for r in both)])
+    return markdown(["preset", "step over that of `balanced`, 2-D", "3-D", "state of a particle, 2-D, B", "3-D, B"], lines)
+
+
+def table_steps():
+    names, lines = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}, []
+    for usl in (r for r in data.rows("bench/ranks.csv") if r["processes"] == 1):
+        which = dict(dim=usl["dim"], basis=usl["basis"])
+        two = [timed("ranks", **which, processes=2, options=o)["min_ns"] for o in ("", "-parallel_migrate direct")]
+        few = {u: timed("updates", **which, update=u)["min_ns"] for u in ("usl", "usf", "musl")}
+        kernels = [timed("bare", program=p, particles=usl["particles"], **which)["min_ns"] for p in ("pebble", "bare")]
+        lines.append([f"{usl['dim']}-D {names[usl['basis']]}", f"{usl['min_ns']:.0f}", f"{1e3 / usl['min_ns']:.0f}", f"{1e3 / two[0]:.0f}", *(f"{usl['min_ns'] / t:.2f}" for t in two),
+                      *(f"{few[u] / few['usl']:.2f}" for u in ("usf", "musl")), f"{kernels[0] / kernels[1]:.2f}"])  # fmt: skip
+    head = ["usl, 10^6 particles", "ns a particle", "10^6 particles a second: 1 process", "2", "1 over 2 processes", "with `direct`", "usf over usl, 10^5", "musl over usl", "step over bare kernels"]
+    return markdown(head, lines)
+
+
+def gains():
+    """{what one would take instead: times of pebble's step in the scenes of WORK, or None}"""
+    words, out = {"usl": "same scheme", "mls": "MLS-MPM"}, {}
+    for program, target in (("warp", 2), ("taichi", 7)):
+        for scheme in words:
+            row = out[f"{program.capitalize()}, {words[scheme]}", target if scheme == "usl" else None] = []
+            for dim, n in WORK:
+                ours, theirs = (timed("peers", program=p, update=u, dim=dim, particles=n) for p, u in (("pebble", "usl"), (program, scheme)))
+                row.append(theirs["min_ns"] / ours["min_ns"])
+    for update, target in (("usf", 8), ("usl", 15)):
+        twin = [timed("seed", program="seed_serial", particles=99856)["min_ns"] / timed("seed", program="pebble", update=update, particles=99856)["min_ns"]]
+        out[f"the plain serial program, pebble with {update}", target] = [*twin, None, None, None]
+    return out
+
+
+def table_gains():
+    lines = []
+    for (what, target), found in gains().items():
+        met = f"{target}: {sum(q >= target for q in found if q)} of {sum(q is not None for q in found)}" if target else ""
+        lines.append([what, *(f"{q:.1f}" if q else "" for q in found), met])
+    return markdown(["in place of pebble", "2-D, 10^5 particles", "2-D, 10^6", "3-D, 10^5", "3-D, 10^6", "target: met"], lines)
+
+
+def on_two():
+    one = [r for r in data.rows("bench/ranks.csv") if r["processes"] == 1]
+    some = [r["min_ns"] / q["min_ns"] for r in one for q in data.rows("bench/ranks.csv") if (q["dim"], q["basis"], q["processes"]) == (r["dim"], r["basis"], 2)]
+    bare = [timed("bare", program="pebble", dim=r["dim"], basis=r["basis"], particles=r["particles"])["min_ns"] / r["min_ns"] for r in data.rows("bench/bare.csv") if r["program"] == "bare" and r["particles"] > 5e4]
+    short, whole = predicted()
+    return {"two_bench": span(some), "two_below": inside(some, 0, 1.85), "over_bare": span(bare, "{:.1f}"), "bench_when": next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10],
+            "twin": span((q[0] for (what, _), q in gains().items() if "serial" in what), "{:.0f}"), "users_one_span": span(1 / q for q in whole[1])}  # fmt: skip
+
+
 def numbers():
     """{name: text} of all numbers."""
     out = {}
-    for group in (two_processes, headline, serial, least_ratios, apart, results, validation):
+    for group in (two_processes, headline, serial, least_ratios, apart, results, validation, on_two):
         out |= group()
     return out
