@@ -255,7 +255,7 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)
 
 pages: $(PEBBLE) $(BUILD)/predict
 	@$(python) tools/report/constants.py --pebble $(program) --predictor $(BUILD)/predict
-	@$(python) tools/report/report.py --pebble $(program)
+	@$(python) tools/report/report.py
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)

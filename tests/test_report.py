@@ -34,7 +34,7 @@ if words:
     for part in ("docs", "tools", "lab", "options"):
         shutil.copytree(os.path.join(check.source, part), os.path.join(copy, part), ignore=shutil.ignore_patterns("__pycache__"))
     before, tools = files(os.path.join(copy, "docs")), os.path.join(copy, "tools", "report")
-    for command in (["constants.py", "--pebble", check.program, "--predictor", os.path.abspath(words[1])], ["report.py", "--pebble", check.program]):
+    for command in (["constants.py", "--pebble", check.program, "--predictor", os.path.abspath(words[1])], ["report.py"]):
         done = subprocess.run([sys.executable, os.path.join(tools, command[0]), *command[1:]], capture_output=True, text=True)
         check.that(done.returncode == 0, f"{command[0]} succeeds {done.stderr[-800:]}")
     after = files(os.path.join(copy, "docs"))

@@ -61,7 +61,6 @@ def check():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pebble", default=os.path.join(data.ROOT, "pebble"), type=os.path.abspath)
     parser.add_argument("--check", action="store_true", help="only say what is wrong")
     args = parser.parse_args()
     if not args.check:
@@ -73,7 +72,7 @@ def main():
             with open(os.path.join(docs, name), "w") as f:
                 f.write(text)
             print(f"  docs/{name}")
-        figures.draw(docs, args.pebble)
+        figures.draw(docs)
         try:
             import page
 
