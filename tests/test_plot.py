@@ -109,6 +109,17 @@ for time, step, short in ((0.4973, 0.003, 0.5), (0.4973, 0.0001, 0.4973), (0.614
 layouts = {aspect: plot.layout_of(6, aspect) for aspect in (0.12, 0.45, 1, 3)}
 check.that(layouts == {0.12: (6, 1), 0.45: (3, 2), 1: (2, 3), 3: (1, 6)}, f"wide scenes are stacked, narrow ones side by side: {layouts}")
 
+# ---- The fields of a file, and what it lacks; values that some particles do not have
+check.must("-options_file", check.scene("disks"), "-output_fields", "von_mises,pressure", "-output_name", "numbers", "-output_every", "0.5", "-time_end", "1", *common)
+for field, label, signed in (("pressure", "pressure [Pa]", True), ("von_mises", "von Mises stress [Pa]", False)):
+    run = drawing.read_run("numbers.h5", field)
+    check.that((run["label"], run["signed"]) == (label, signed) and picture("numbers", "--field", field) is not None, f"--field {field}: {run['label']}")
+with h5py.File("numbers.h5") as index, h5py.File("numbers.snapshots/" + index.get(sorted(key for key in index if key.startswith("step_"))[-1], getlink=True).filename.split("/")[-1], "r+") as file:
+    key = next(key for key in file if key.startswith("step_"))
+    file[key]["particles/von_mises"][:800] = np.nan
+grey = picture("numbers", "--field", "von_mises", "--times", "1", "--below", "none")
+check.that(grey is not None and (np.abs(grey - 217).max(-1) <= 4).mean() > 0.02, "particles without a value are grey")
+
 # ---- What took the energy
 for options, loser in (({"bc_ymin_type": "friction"}, "friction"), ({"material_sand_model": "druckerprager"}, "friction"),
                        ({"material_copper_model": "vonmises"}, "plastic flow"), ({"bc_ymin_type": "slip"}, "the method"),

@@ -151,9 +151,12 @@ def quantity(run, particles, name, time):
         xx, xy, xz, _, yy, yz, _, _, zz = s.T
         mises = np.sqrt(0.5 * ((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3 * (xy**2 + yz**2 + xz**2))
         return mises, "von Mises stress", unit, False
+    if name == "von_mises":
+        values, unit = read(name)
+        return values, "von Mises stress", unit, False
     if name == "pressure":
-        s, unit = read("stress")
-        return -(s[:, 0] + s[:, 4] + s[:, 8]) / 3, "pressure", unit, True
+        s, unit = read("stress" if "stress" in particles else name)
+        return s if s.ndim == 1 else -(s[:, 0] + s[:, 4] + s[:, 8]) / 3, name, unit, True
     if name == "speed":
         v, unit = read("v")
         return np.linalg.norm(v, axis=1), "speed", unit, False
@@ -497,6 +500,7 @@ def colours(run):
     map_ = matplotlib.colormaps["coolwarm" if run["signed"] else "viridis"]
     if run["dim"] == 3:  # paler, so that light and shade show
         map_ = ListedColormap(0.25 + 0.75 * map_(np.linspace(0, 1, 256))[:, :3])
+    map_ = map_.with_extremes(bad="0.85")  # particles that have no such value
     middle = (values.max() + values.min()) / 2
     if np.ptp(values) <= max(2 * run["noise"], 1e-9 * abs(middle)):  # only rounding is left: one colour
         reach = abs(middle) if abs(middle) > run["noise"] else 1.0
@@ -639,7 +643,7 @@ def draw_particles(axes, run, snapshot, colour):
 def draw_line(axes, run, snapshot, colour):
     """Draws the quantity over x, in 1-D."""
     values = np.concatenate([other["values"] for other in run["snapshots"]])
-    low, high = min(values.min(), 0), max(values.max(), 0)
+    low, high = min(np.nanmin(values), 0), max(np.nanmax(values), 0)
     margin = 0.06 * (high - low) or 1
     axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
     axes.scatter(snapshot["x"][:, 0], snapshot["values"], s=9, c=colour.to_rgba(snapshot["values"]),

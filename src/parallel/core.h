@@ -135,6 +135,17 @@ typedef struct {
   PetscBool rest;    /* they were in the last step, so that they are those of the time of positions, and the next kick is half */
 } MPMDamping;
 
+/* Whether the bodies are at rest (step/rest.c). */
+typedef struct {
+  PetscBool on;         /* forces are compared in each step */
+  PetscBool shown;      /* -history_rest */
+  PetscReal limit;      /* -time_rest; 0: a run does not end when the bodies are at rest */
+  PetscReal hold;       /* -time_rest_hold, s; 0: twice the time that a wave needs along the grid */
+  PetscReal unbalanced; /* largest force out of balance on a node over the largest force that acts, in the last step */
+  PetscReal since;      /* s: since when both ratios are below the limit; -1: they are not */
+  PetscBool reached;    /* they have been for long enough: the run ends */
+} MPMRest;
+
 /* The relaxation of volumes (step/volume.c). */
 typedef struct {
   PetscBool fluids, sand; /* whether any of these relaxes */
@@ -215,6 +226,7 @@ struct _MPMCore {
   MPMTimers       timers;
   MPMEnergy       energy;
   MPMDamping      damping;
+  MPMRest         rest;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
   MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */

@@ -74,16 +74,33 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   }
 }
 
-PetscInt MPMShownStress(PetscInt dim, PetscInt k)
-{
-  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
-
-  return upper[MPMSymPlace((int)dim, (int)k)];
-}
-
 static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
+}
+
+/* Numbers of the stress of a particle, in Pa. */
+#define OF_STRESS(name)                                                                                                \
+  static void Fill_##name(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])                            \
+  {                                                                                                                    \
+    PetscReal stress[9];                                                                                               \
+                                                                                                                       \
+    Fill_stress(s, v, p, stress);                                                                                      \
+    row[0] = MPMShown_##name(stress);                                                                                  \
+  }
+OF_STRESS(von_mises)
+OF_STRESS(pressure)
+OF_STRESS(stress_min)
+OF_STRESS(stress_max)
+
+static void Fill_lower_edge(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  MPMShownEdge(s, v, p, -1, row);
+}
+
+static void Fill_upper_edge(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  MPMShownEdge(s, v, p, 1, row);
 }
 
 /* The equivalent plastic strain of a material without plasticity is 0. */
@@ -92,12 +109,12 @@ static void Fill_plastic_strain(const MPMShown *s, const MPMView *v, PetscInt p,
   row[0] = MaterialOf(s, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
 }
 
-/* The temperature of johnsoncook, (12f); of a material without heat it is 0. */
+/* The temperature of johnsoncook, (12f); a material without heat has none. */
 static void Fill_temperature(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const MPMMaterial *m = MaterialOf(s, v, p);
 
-  row[0] = 0;
+  row[0] = (PetscReal)NAN;
   if (m->state & MPM_BIT(theta))
     row[0] = (m->temperature + v->theta[p]) * MPMExp(m->gruneisen * (1 - Jacobian(s, v, p)));
 }
@@ -233,6 +250,14 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
+PetscReal MPMShownKineticShare(const MPMTotals *totals)
+{
+  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
+                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
+
+  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+}
+
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
    Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 kick by
    (v dt - v_start dt_1)/2, with the first step dt_1, but for the squares of changes of dt. All kicks together are t +
@@ -292,6 +317,9 @@ VALUE(linear_iterations, s->core->implicit->krylov)
 VALUE(steps_cut, s->core->implicit->failed)
 VALUE(force_unbalanced, s->core->implicit->residual)
 
+VALUE(unbalanced, s->core->rest.unbalanced)
+VALUE(kinetic_share, MPMShownKineticShare(s->now))
+
 static PetscReal Value_particles(const MPMShown *s)
 {
   return (PetscReal)s->now->n; /* exact below 2^53 */
@@ -321,6 +349,8 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
   {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
+#define MPM_REST_QUANTITY(name)                                                                                        \
+  {#name, "", "1", "", MPM_SHOW_COLUMN | MPM_SHOW_REST, 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
@@ -328,6 +358,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -339,12 +370,14 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
+#define MPM_REST_QUANTITY(name)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
@@ -403,7 +436,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
                  (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit)
+                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
+                 (uses & MPM_SHOW_REST && !core->rest.shown)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

@@ -13,7 +13,7 @@ static const struct {
               {"damping_time", NULL, "nothing moves that could be damped"},
               {"damping_kinetic", "false", "nothing moves that could be damped"},
               {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load"},
-              {"method_locking", "none", "its tangent is not built; use a finer grid"},
+              {"method_lock_cells", "1", "the means of a box of cells are not in its tangent"},
               {"history_energy", "false", "there is no motion whose energy could be followed"},
               {"check_energy", "0", "the work of loads is that of steps, and not exact"},
               {"check_momentum", "0", "there is no momentum"},
@@ -30,9 +30,6 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++)
     PetscCall(MPMOptionsRefuse(o, moving[k].name, moving[k].neutral, "-method_time static", moving[k].why));
-  if (mpm->core.grid.round)
-    MPMOptionsFail(o, "-geometry axisymmetric does not apply with -method_time static, which is built for planes and for "
-                      "3-D; use -damping_kinetic");
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
     MPMOptionsFail(o, "-parallel_strategy pool does not apply with -method_time static: each iteration would send all "
@@ -45,11 +42,12 @@ static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
     if (given) MPMOptionsFail(o, "%s does not apply with -method_time static: nothing moves", name);
   }
-  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE;
+  for (PetscInt k = mpm->core.grid.round ? 2 : 0; k < 2 * mpm->core.grid.dim; k++) /* the axis is no support */
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL)) held = PETSC_TRUE; /* separate: while it presses */
   if (!held)
     MPMOptionsFail(o, "-method_time static needs a wall that holds the body, or it is in equilibrium wherever it is: "
-                      "choose -bc_<f>_type fixed, slip or moving");
+                      "choose -bc_<f>_type fixed, slip or moving%s",
+                   mpm->core.grid.round ? " of ymin or ymax" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -76,7 +74,6 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
   }
   PetscCall(Refuse(mpm, o));
   PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
-  mpm->core.params.box = 0;
   mpm->method.rate     = 0;
   if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;
   PetscFunctionReturn(PETSC_SUCCESS);

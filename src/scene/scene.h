@@ -90,6 +90,7 @@ typedef struct {
   PetscInt      nkinds;
   MPMWalls      walls;
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
+  PetscBool     wall_along[6];    /* the velocity of a face is one number or formula, along its normal */
   MPMLoad      *loads;
   PetscInt      nloads, nvolume;     /* of these loads, those on volumes */
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
@@ -201,12 +202,12 @@ PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, Pets
 /* --- Body forces and loads (forces.c); not collective, but for MPMForcesUpdate: on exchange.data ------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal B[],
-                                PetscReal P[], PetscBool *any);
+PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal S[],
+                                PetscReal B[], PetscReal P[], PetscBool *any);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
-PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
-                             PetscReal *size);
+PetscErrorCode MPMForcesAdd(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
+                            MPMSum sum[]);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads

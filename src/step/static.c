@@ -2,32 +2,11 @@
    forces on a node, is 0. The residual is made by the two transfers of an explicit step, on the state of the particles as
    the step began; nothing else of the state changes before the step has converged. */
 #include "parallel/exchange.h"
-#include "physics/wall.h"
 #include "step/static.h"
 #include "step/step.h"
 
 /* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
 #define WORST    1e100 /* the residual of such a state, N */
-
-/* Sets which components walls hold, and where at the end of a step of dt: a wall holds what it gives the same velocity
-   whatever the node has. */
-static void Hold(struct MPMStatic *s, const PetscReal was[], PetscReal dt)
-{
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-
-  for (PetscInt q = 0; q < s->n; q++) {
-    PetscInt  ijk[3];
-    PetscReal v[2][3] = {{1, 1, 1}, {2, 2, 2}};
-
-    MPMStaticWhere(s, q, ijk);
-    for (int k = 0; k < 2; k++) (void)MPMWallsApply(core->params.walls->given, grid, ijk, dt, v[k]);
-    for (PetscInt d = 0; d < grid->dim; d++) {
-      s->held[q * grid->dim + d]  = v[0][d] == v[1][d] ? PETSC_TRUE : PETSC_FALSE;
-      s->known[q * grid->dim + d] = was[q * grid->dim + d] + dt * v[0][d];
-    }
-  }
-}
 
 /* Sets the displacements of the nodes to those of a vector, and their velocities to 0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
@@ -251,15 +230,12 @@ static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
 /* Begins the solve of a step: what walls hold, and a first guess. */
 static PetscErrorCode Begin(struct MPMStatic *s)
 {
-  MPMCore           *core = s->core;
-  const PetscScalar *was;
+  MPMCore *core = s->core;
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMTotalKeep(core));
   PetscCall(FromNodes(s, s->was));
-  PetscCall(VecGetArrayRead(s->was, &was));
-  Hold(s, was, core->params.dt);
-  PetscCall(VecRestoreArrayRead(s->was, &was));
+  PetscCall(MPMStaticHold(s));
   PetscCall(VecCopy(s->was, s->u));
   s->share = Share(s, core->t + core->params.dt);
   s->scale = 0;
@@ -347,6 +323,7 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   }
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
+  PetscCall(MPMStaticPush(s, s->u, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -24,6 +24,7 @@ struct MPMStatic {
   PetscInt   lo[3], wide[3]; /* the box of nodes that `at` covers */
   PetscBool *held;  /* [n][dim] does a wall hold it? */
   PetscReal *known; /* [n][dim] where a wall holds it at the end of the step, m */
+  Vec        bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
   SNES       snes;
   Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant */
   Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
@@ -56,7 +57,7 @@ PetscErrorCode MPMStaticDestroy(MPMCore *);
 #define MPM_STATIC_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 typedef struct {
   PetscInt  n, base[3], number[MPM_STATIC_NODES];
-  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3];
+  PetscReal w[MPM_STATIC_NODES], g[MPM_STATIC_NODES][3], r; /* r: the particle's radius in bodies of revolution, m */
 } MPMStaticNodes;
 
 /* The unknowns (static_nodes.c). Number finds them and makes vectors and the tangent's matrix. Stencil sets the nodes of
@@ -80,6 +81,11 @@ PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *, PetscInt reach, Mat *);
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
 PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
+
+/* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the forces of
+   these on nodes, p, from the residual r at displacements u. Collective on exchange.data. */
+PetscErrorCode MPMStaticHold(struct MPMStatic *);
+PetscErrorCode MPMStaticPush(struct MPMStatic *, Vec u, Vec r);
 
 /* The parts of a solve (static.c), for SNES: the state of displacements u, in which s->bad says that some particle is turned
    inside out; the residual; the tangent; whether Newton's method has converged. Collective on exchange.data. */

@@ -53,6 +53,7 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(VecDestroy(&s->r));
   PetscCall(VecDestroy(&s->was));
   PetscCall(VecDestroy(&s->work));
+  for (int side = 0; side < 2; side++) PetscCall(VecDestroy(&s->bound[side]));
   PetscCall(DMDestroy(&s->numbers));
   PetscCall(PetscFree(s->node));
   PetscCall(PetscFree(s->at));
@@ -76,7 +77,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
   direct = core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
-  PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
+  PetscCall(SNESSetType(s->snes, s->bound[0] ? SNESVINEWTONRSLS : SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
   PetscCall(SNESSetJacobian(s->snes, s->K, s->K, MPMStaticJacobian, s));
   PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
@@ -101,7 +102,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscInt          unknowns;
 
   PetscFunctionBeginUser;
-  s->symmetric = PETSC_TRUE;
+  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
   for (PetscInt k = 0; k < core->params.nmaterials; k++) {
     const MPMMaterial *m = &core->params.materials[k];
 
@@ -113,6 +114,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
     if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  if (core->grid.round) s->least *= 2 * PETSC_PI * core->grid.upper[0];
   PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
   PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
   PetscCall(OrderSums(core, PETSC_TRUE));
@@ -120,6 +122,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscCall(VecGetSize(s->u, &unknowns));
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
+  for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
