@@ -12,6 +12,7 @@ import argparse
 import os
 import sys
 import tempfile
+from dataclasses import replace
 
 import model
 from data import POOL, ROOT, rows, runs, simulations
@@ -33,11 +34,6 @@ ALL = {
 REACH = 2, 32, 1024, 32768, 1000000
 
 
-def calibrated(name):
-    """Costs of a scene's phases and migrations, s, as injected into simulations."""
-    return {r["name"]: 1e-9 * r["ns"] for r in rows("simulated/costs.csv") if r["scene"] == name}
-
-
 def recorded(study, name, processes):
     """The edge of the patches of a simulated run of the pool."""
     return next(r["pool_cells"] for r in simulations(study, "injected simulation") if (r["scene"], r["way"], r["ranks"]) == (name, POOL, processes))
@@ -47,30 +43,24 @@ class Scene:
     """A scene with its constants, for `pebble -dry_run` and predict.c."""
 
     def __init__(self, args, folder, name):
-        self.args, self.folder, self.scene = args, folder, scenes.SCENES[name]
-        self.options = ["-output_dir", folder, "-output_format", "none"]
-        path = scenes.write(folder, name, self.scene.strong)
-        p = model.Predictor(args.predictor, "-options_file", path, *self.options)
-        self.per_cell, costs, fixed = 2**p.dim, calibrated(name), {k: v for k, (v, _, _) in ALL.items()}
-        each = {phase: costs[phase] * (self.per_cell if p.phases.get(phase) == "nodes" else 1) for phase in (*p.phases, "SORT")}
-        self.model = model.Model(p, {k: [0, 1, t, 2, t, 3, t] for k, t in each.items()}, origin="constants.csv")
-        hop = fixed["latency"] + fixed["post"]
+        self.args, self.folder, self.scene, fixed = args, folder, scenes.SCENES[name], {k: v for k, (v, _, _) in ALL.items()}
+        self.options, path = ["-output_dir", folder, "-output_format", "none"], scenes.write(folder, name, self.scene.strong)
+        m = self.model = model.Model(args.predictor, "-options_file", path, *self.options)
+        costs = {r["name"]: 1e-9 * r["ns"] for r in rows("simulated/costs.csv") if r["scene"] == name}
+        self.per_cell, m.origin, hop = 2**m.dim, "constants.csv", fixed["latency"] + fixed["post"]
+        for phase in (*m.phases, "SORT"):
+            t = costs[phase] * (self.per_cell if m.phases.get(phase) == "nodes" else 1)
+            m.rates[phase] = [0, 1, t, 2, t, 3, t]
         # A network carries bytes while the master of a pool packs others: the longer of both counts.
-        self.model.numbers = dict(exchange=0, copy=0, message=hop, reduction=hop, post=fixed["post"], wire=fixed["wire"], kept=fixed["kept"],
-                                  job=fixed["job"], pool=max(0, fixed["pool"] - fixed["wire"]))
-        for way, word in enumerate(("swarm", "direct")):
-            self.model.numbers |= {
-                f"migration[{way}].call": costs["SWARM"] * (word == "swarm"),
-                f"migration[{way}].particle": costs["SWARM_PARTICLE"] * (word == "swarm"),
-                # direct: half of the cost arises at either end, and both ends wait at the same time; the bytes are the network's
-                f"migration[{way}].leaver": (0.5 * costs["LEAVER"] if word == "direct" else 0) + fixed["wire"] * (12 + p.travels),
-            }
+        m.numbers = dict(exchange=0, copy=0, message=hop, reduction=hop, pool=max(0, fixed["pool"] - fixed["wire"])) | {k: fixed[k] for k in ("post", "wire", "kept", "job")}
+        bytes_ = fixed["wire"] * (12 + m.travels)  # of a particle that migrates
+        # direct: half of the cost arises at either end, and both ends wait at the same time.
+        for k, (call, particle, leaver) in enumerate(((costs["SWARM"], costs["SWARM_PARTICLE"], bytes_), (0, 0, bytes_ + 0.5 * costs["LEAVER"]))):
+            m.numbers |= {f"migration[{k}].call": call, f"migration[{k}].particle": particle, f"migration[{k}].leaver": leaver}
         self.one = next(r for r in runs("strong", "measured") if (r["scene"], r["processes"]) == (name, 1))
-        self.model = self.model.slower(self.one["seconds_per_step"] / self.said(path, "direct", 2)["rows"][1]["spatial"])
-        total = self.one["particles"]
-        self.edge = recorded("strong", name, 8)
-        self.short = short(self.model, self.per_cell, total, self.edge)
-        self.short.C = self.one["seconds_per_step"] / total
+        m.slow(self.one["seconds_per_step"] / self.said(path, "direct", 2)["rows"][1]["spatial"])
+        total, self.edge = self.one["particles"], recorded("strong", name, 8)
+        self.short = replace(short(m, self.per_cell, total, self.edge), C=self.one["seconds_per_step"] / total)
 
     def said(self, path, migrate, edge):
         """What `pebble -dry_run -report_processes` says by this model."""
@@ -84,16 +74,13 @@ class Scene:
         return said
 
     def constants(self):
-        name, s = self.scene.name, self.short
-        yield name, "dimensions", s.dim, "", "tools/scenes.py"
-        yield name, "particles", self.one["particles"], "", "scaling/runs.csv"
-        yield name, "T1", f"{self.one['seconds_per_step']:.4g}", "s", "scaling/runs.csv: measured on one process"
-        yield name, "C", f"{s.C:.4g}", "s/particle", "T1/N"
-        yield name, "L", f"{s.L:.4g}", "s", "model.md (2)"
-        yield name, "B", f"{s.B:.4g}", "s/particle of a face", "model.md (3)"
-        yield name, "R", f"{s.R:.4g}", "s", "model.md (4)"
-        yield name, "M", f"{s.M:.4g}", "s/particle", "model.md (5)"
-        yield name, "patch", self.edge, "cells", "simulated/strong.csv: the edge of the pool's patches"
+        t, formulas = self.one["seconds_per_step"], (("L", "s", 2), ("B", "s/particle of a face", 3), ("R", "s", 4), ("M", "s/particle", 5))
+        yield "dimensions", self.short.dim, "", "tools/scenes.py"
+        yield "particles", self.one["particles"], "", "scaling/runs.csv"
+        yield "T1", f"{t:.4g}", "s", "scaling/runs.csv: measured on one process"
+        yield "C", f"{self.short.C:.4g}", "s/particle", "T1/N"
+        yield from ((name, f"{getattr(self.short, name):.4g}", unit, f"model.md ({k})") for name, unit, k in formulas)
+        yield "patch", self.edge, "cells", "simulated/strong.csv: the edge of the pool's patches"
 
     def rows(self, study, size, processes, steps):
         """Rows of one size of the scene. `steps`: of one process, for weak scaling."""
@@ -115,19 +102,17 @@ class Scene:
         yield from self.rows("strong", self.scene.strong, PROCESSES, {})
         if not isinstance(self.scene.small, tuple):
             return
-        steps = {"weak": self.said(scenes.write(self.folder, self.scene.name, self.scene.small), "direct", self.edge)["rows"][1]["spatial"] / 16384}
+        said = self.said(scenes.write(self.folder, self.scene.name, self.scene.small), "direct", self.edge)
         for p in PROCESSES:
-            yield from self.rows("weak", self.scene.weak(p), [p], steps)
-        moved, m, q = self.said(scenes.write(self.folder, self.scene.name, self.scene.strong), "direct", self.edge)["moved"], self.model, self.per_cell
-        for way in ("direct", "swarm"):
+            yield from self.rows("weak", self.scene.weak(p), [p], {"weak": said["rows"][1]["spatial"] / said["particles"]})
+        said, m, q = self.said(scenes.write(self.folder, self.scene.name, self.scene.strong), "direct", self.edge), self.model, self.per_cell
+        moved = said["speed"] * said["dt"]  # cells are of 1 m
+        for way in ("swarm", "direct"):
             m.direct = way == "direct"
             for p in (2**k for k in range(1, 21)):
-                e = m.step(m.cube(16384, q, 1, moved)) / m.step(m.cube(16384, q, p, moved))
-                yield self.row("cubes", f"spatial {way}", p, 16384 * p, e, 1)
-        m.direct = True
-        for e in (0.8, 0.9):
-            for p in REACH:
-                yield self.row("least", "spatial direct", p, float(f"{m.least(q, p, moved, e):.3g}"), e, 1)
+                yield self.row("cubes", f"spatial {way}", p, 16384 * p, m.cube(16384, q, 1, moved) / m.cube(16384, q, p, moved), 1)
+        for e, p in ((e, p) for e in (0.8, 0.9) for p in REACH):
+            yield self.row("least", "spatial direct", p, float(f"{float(m.ask('least', q, p, moved, e)[0]):.3g}"), e, 1)
 
 
 def balance(args, folder):
@@ -135,7 +120,7 @@ def balance(args, folder):
     command = [args.pebble, "-options_file", os.path.join(ROOT, "options", "disks.opts"), "-grid_cells", "1024,1024", "-dry_run"]
     done = launch.run([*command, "-output_dir", folder, "-report_processes"], capture_output=True, text=True)
     found = model.parse(done.stdout)
-    return "disks", "balance", "spatial direct", 32, found["particles"], "", f"{found['rows'][32]['imbalance']:.4g}"
+    return "disks", "balance", "spatial direct", 32, int(found["particles"]), "", f"{found['rows'][32]['imbalance']:.4g}"
 
 
 def main():
@@ -149,7 +134,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in scenes.SCENES:
             scene = Scene(args, folder, name)
-            constants += scene.constants()
+            constants += [(name, *line) for line in scene.constants()]
             found += scene.all_rows()
         found.append(balance(args, folder))
     for file, head, lines in (

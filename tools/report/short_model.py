@@ -78,20 +78,13 @@ class Short:
 def short(m, per_cell, total, edge):
     """The five constants of a model for cubes with so many particles a cell, and for the pool with patches of this
     edge, which has a scene of `total` particles."""
-    d, n = m.predictor.dim, NEAR
-
-    def step(**more):
-        return m.step(model.Share(n, n / per_cell, **more))
-
-    def migrating(**more):
-        return step(neighbours=2**d - 1, axes=d, crossing=ALWAYS, processes=2, **more)
-
-    alone, doubling, two = step(), step(processes=4) - step(processes=2), migrating()
+    d, n = m.dim, NEAR
+    alone, migrating = dict(particles=n, nodes=n / per_cell), dict(neighbours=2**d - 1, axes=d, crossing=ALWAYS, processes=2)
+    one, two, doubling = m.step(**alone), m.step(**alone, **migrating), m.step(**alone, processes=4) - m.step(**alone, processes=2)
     face = n ** (1 - 1 / d)  # particles of one face; nodes of it are fewer
-    ghosts = d * (m.predictor.stencil - 1) * (n / per_cell) ** (1 - 1 / d)
-    sides = migrating(ghosts=ghosts, row=d * face, waits=1) - two
-    busy = m.busy(model.Share(total, total / per_cell), edge)
-    return Short(d, alone / n, two - alone - doubling, sides / face, doubling, busy / total)
+    ghosts = d * (m.stencil - 1) * (n / per_cell) ** (1 - 1 / d)
+    sides = m.step(**alone, **migrating, ghosts=ghosts, row=d * face, waits=1) - two
+    return Short(d, one / n, two - one - doubling, sides / face, doubling, m.busy(total, total / per_cell, edge) / total)
 
 
 def show(s, total, processes, imbalance):
@@ -120,9 +113,10 @@ def main():
         if not os.path.exists(path):
             parser.error(f"{path} is not there; make calibrate SCENE=<options file> builds and writes it")
     with tempfile.TemporaryDirectory() as folder:
-        m = model.load(args.calibration, model.Predictor(args.predictor, "-options_file", args.options, "-output_dir", folder))
-        per_cell = args.per_cell or 2**m.predictor.dim
-        edge = m.patch(model.Share(args.particles, args.particles / per_cell))
+        m = model.Model(args.predictor, "-options_file", args.options, "-output_dir", folder)
+        m.load(args.calibration)
+        per_cell = args.per_cell or 2**m.dim
+        edge = int(m.ask("edge", args.particles, args.particles / per_cell, 8)[0])
         show(short(m, per_cell, args.particles, edge), args.particles, args.processes, args.imbalance)
 
 
