@@ -113,7 +113,7 @@ check.that(told.good and re.search(r"johnsoncook, of m, is out of its range: par
 
 
 def at_rest(told):
-    """The bar hangs at its exact length at rest: stretch s(X) of (s - 1/s)/2 = rho g X/E, less half a spacing at each end."""
+    """The bar hangs at its exact length at rest: stretch s(X) of (s - 1/s)/2 = rho g X/E."""
     load = (np.arange(2000) + 0.5) / 2000 * 1000 * 100 / 1e5
     length, history = np.mean(load + np.sqrt(load**2 + 1)), check.history(f"{told.folder}/hang.csv")
     found = 1 - history["lower_b_x"][-1]

@@ -32,11 +32,11 @@ THROWN = f"""-dim 2 -gravity 0,-10 -grid_lower 0,0 -grid_upper 3,1.5 -grid_cells
 -body_right_upper 2.5,1 -body_right_material soil -body_right_velocity 0,-2
 -bc_ymin_type friction -bc_ymin_mu 0.2 -time_end 0.06 -history_every 0.004 -output_every 0.02
 -history_walls ymin -history_bodies all -history_energy
--history_body_quantities particles,mass,kinetic_energy,strain_energy,dissipation,momentum,angular_momentum,center,lower,upper
+-history_body_quantities particles,mass,kinetic_energy,strain_energy,dissipation,momentum,angular_momentum,center,lower,upper,back,front,stress_min,stress_max,von_mises
 -probes place,air,tip,seven -probe_place_at 0.75,0.5 -probe_place_fields velocity,stress,volume,plastic_strain,error_indicator
 -probe_air_at 1.5,1.2 -probe_tip_follow 1,1 -probe_tip_fields velocity,F,stress,plastic_strain,body
 -probe_seven_particle 7 -checkpoint_every 0.02 -checkpoint_keep 9
--output_fields velocity,stress,plastic_strain,volume,body""".split() + QUIET
+-output_fields velocity,stress,plastic_strain,volume,body,von_mises,pressure""".split() + QUIET
 
 
 def walls(**kinds):
@@ -135,8 +135,18 @@ def thrown():
     check.that(ep.max() > 0.01 and gap < 2e-3,
                f"druckerprager with the yield stress of vonmises has its plastic strain: {gap:.1e} of {ep.max():.3g}")
     x = p["x"][left]
-    check.that(all(h[f"{end}_left_{'xy'[d]}"][-1] == take(x[:, d]) for d in (0, 1)
-                   for end, take in (("lower", np.min), ("upper", np.max))), "lowest and highest coordinates")
+    half, x = np.sqrt(p["volume"][~left]) / 2, p["x"][~left]
+    check.that(all(close(h[f"{end}_right_{'xy'[d]}"][-1], take(x[:, d] + sign * half)) for d in (0, 1)
+                   for end, take, sign in (("lower", np.min, -1), ("upper", np.max, 1))), "the ends, at the edges of particles")
+    check.that(all(close(sign * h[f"{end}_right_{'xy'[d]}"][-1], quantile(sign * x[:, d] + half, 0.995))
+                   for d in (0, 1) for end, sign in (("back", -1), ("front", 1))), "the ends of all but 0.5 % of the mass")
+    x = p["x"][left]
+    check.that(all(0.03 < sign * (h[f"{end}_left_{'xy'[d]}"][-1] - take(x[:, d])) < 0.033 for d in (0, 1)
+                   for end, take, sign in (("lower", np.min, -1), ("upper", np.max, 1))), "those of metal, which has elastic strains of some per cent")
+    for body, of in (("left", left), ("right", ~left)):
+        principal = np.linalg.eigvalsh(p["stress"][of].reshape(-1, 3, 3))
+        check.that(close(h[f"stress_min_{body}"][-1], principal.min()) and close(h[f"stress_max_{body}"][-1], principal.max())
+                   and h[f"von_mises_{body}"][-1] == p["von_mises"][of].max(), f"the extreme stresses of {body}")
     check.that(all(abs(h[f"center_left_{'xy'[d]}"][-1] - x[:, d].mean()) < 1e-12 for d in (0, 1)), "the centre")
     tip = int(run.find(r"^probe +tip follows particle (\d+)"))
     start = check.particles("output/one.h5", 0)["x"]
@@ -161,6 +171,64 @@ def thrown():
     again = check.pebble(*THROWN, "-output_name", "one", "-restart_file", "output/one-checkpoint-2.h5", n=2)
     check.that(again.digest == run.digest and check.content("output/one.csv") == text,
                f"a restart goes on with the same columns {again.err.strip()}")
+
+
+def close(a, b):
+    return abs(a - b) <= 1e-12 * abs(b)
+
+
+def quantile(values, share):
+    """The smallest value up to which there is this share of particles of one mass."""
+    return np.sort(values)[math.ceil(share * len(values) * (1 - 1e-12)) - 1]
+
+
+def ends():
+    """A body that is stretched, turned and sheared from the start ends where its particles' deformed boxes do; one whose surface cuts
+    its lattice ends there."""
+    F = np.array([[1.2, 0.3], [-0.1, 0.8]])
+    box = """-dim 2 -grid_lower -1,-1 -grid_upper 2,2 -grid_cells 24,24 -materials s -material_s_model neohookean -material_s_rho 1000
+        -material_s_E 1e6 -material_s_nu 0.3 -bodies b -body_b_shape box -body_b_lower 0.1,0.2 -body_b_material s -time_end 1e-6
+        -history_bodies b -history_body_quantities lower,upper,back,front""".split()
+    check.must(*box, "-body_b_upper", "0.6,0.7", "-body_b_deformation", ",".join(map(str, F.ravel())), "-method_rim", "whole", "-output_name", "turned")
+    h, x = check.history("output/turned.csv"), check.particles("output/turned.h5", 0)["x"]
+    half = 0.03125 * np.sqrt((F**2).sum(1))
+    check.that(all(close(h[f"{end}_b_{'xy'[d]}"][0], sign * ((sign * x[:, d]).max() + half[d]))
+                   for d in (0, 1) for end, sign in (("lower", -1), ("upper", 1))), "the ends of a deformed body")
+    check.must(*box, "-body_b_upper", "0.615,0.715", "-output_name", "cut")
+    h = check.history("output/cut.csv")
+    check.that(all(abs(h[f"upper_b_{axis}"][0] - right) < 0.15 * 0.0625 for axis, right in (("x", 0.615), ("y", 0.715))),
+               f"of a body that its lattice does not fit: {h['upper_b_x'][0]:.4f}, {h['upper_b_y'][0]:.4f} m")
+
+
+def stresses():
+    """Von Mises stress and pressure are those of the stress, with that out of the plane, in every dimension."""
+    for dim, more in ((1, []), (2, []), (3, []), (2, ["-geometry", "axisymmetric"])):
+        box = lambda value: ",".join([str(value)] * dim)
+        check.must("-dim", dim, "-grid_lower", box(0), "-grid_upper", box(1), "-grid_cells", box(4), "-materials", "s", "-material_s_model",
+                   "neohookean", "-material_s_rho", 1000, "-material_s_E", 1e6, "-material_s_nu", 0.3, "-bodies", "b", "-body_b_shape",
+                   "box", "-body_b_lower", box(0), "-body_b_upper", box(0.5), "-body_b_material", "s", "-time_end", 0.01,
+                   "-body_b_velocity", ",".join(["3*x*x", "2*x-x*x", "x"][:dim]), *more, *QUIET, "-output_name", "stresses")
+        p = check.particles("output/stresses.h5")
+        s = p["stress"].reshape(-1, 3, 3)
+        mean = np.trace(s, axis1=1, axis2=2) / 3
+        mises = np.sqrt(1.5 * ((s - mean[:, None, None] * np.eye(3))**2).sum((1, 2)))
+        size = np.abs(s).max()
+        check.that(size > 1e3 and np.abs(s[:, 2, 2]).max() > 0.01 * size and np.abs(p["von_mises"] - mises).max() < 1e-12 * size and
+                   np.abs(p["pressure"] + mean).max() < 1e-12 * size, f"stresses in {dim}-D {' '.join(more)}: up to {size:.3g} Pa")
+
+
+def warm():
+    """Bodies whose law has no temperature have none: no number in snapshots, and no part in what a probe at a place shows."""
+    copper = {"G": 4.7e10, "c0": 3933, "hugoniot_slope": 1.489, "gruneisen": 1.99, "yield": 9e7, "specific_heat": 383}
+    check.must("-dim", 2, "-grid_lower", "0,0", "-grid_upper", "1,1", "-grid_cells", "8,8", "-materials", "hot,cold", "-material_hot_model",
+               "johnsoncook", "-material_hot_rho", 8960, *(word for name, value in copper.items() for word in (f"-material_hot_{name}", value)),
+               "-material_cold_model", "neohookean", "-material_cold_rho", 1000, "-material_cold_E", 1e6, "-material_cold_nu", 0.3, "-bodies", "a,b",
+               "-body_a_shape", "box", "-body_a_lower", "0.25,0.25", "-body_a_upper", "0.5,0.75", "-body_a_material", "hot", "-body_b_shape", "box",
+               "-body_b_lower", "0.5,0.25", "-body_b_upper", "0.75,0.75", "-body_b_material", "cold", "-time_end", "1e-6", *QUIET, "-probes", "p",
+               "-probe_p_at", "0.5,0.5", "-probe_p_fields", "temperature,velocity", "-output_name", "warm")
+    p, h = check.particles("output/warm.h5", 0), check.history("output/warm.csv")
+    check.that(np.all(p["temperature"][p["body"] == 0] == 293) and np.isnan(p["temperature"][p["body"] == 1]).all() and
+               np.abs(h["probe_p_temperature"] - 293).max() < 1e-9, "a body without a temperature has none")
 
 
 def re_lines(text, start):
@@ -208,6 +276,9 @@ check.folder("output")  # checkpoints of an earlier test would go on being numbe
 balance()
 rest()
 thrown()
+ends()
+stresses()
+warm()
 leaves()
 exact()
 check.end()

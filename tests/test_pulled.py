@@ -51,7 +51,7 @@ def force(dim, T, h=H, width=0.25):
 
 
 def pull(name, lines, right, limit, *options):
-    """Runs a bar; checks that it is at rest, and the stretch between its first and its last particle."""
+    """Runs a bar; checks that it is at rest, and its stretch."""
     told = check.pebble("-options_file", check.write("bar.opts", lines), "-output_dir", ".", *options)
     if not told.good:
         return check.that(False, f"{name}: {told.err.strip()[-200:]}")

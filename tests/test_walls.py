@@ -95,7 +95,7 @@ def disk(name, *more, n=16, speed=10.0, gap=0.3, slide=0.0, shape="sphere", wall
     start = contact(found, "reaction_ymin_y", speed)[0]
     energy = found["kinetic_energy"] + found["strain_energy"]
     before = gap - speed * start / h
-    check.that(-0.15 < before < 0.02 and energy.max() < 1.0005 * energy[0] and found["momentum_y"][-1] > 0 and found["lower_b_y"].min() >= 0,
+    check.that(-0.15 < before < 0.02 and energy.max() < 1.0005 * energy[0] and found["momentum_y"][-1] > 0 and found["lower_b_y"].min() >= -0.25 * h,
                f"{name}: first force {before:+.3f} cells before the floor; energy {energy[-1] / energy[0]:.3f}")
     return found, energy[-1] / energy[0]
 
@@ -157,12 +157,11 @@ def check_pistons():
     for method, most in (("", 0.005), ("-method_preset fast", 0.02), ("-method_preset accurate", 0.005), ("-method_basis bspline2", 0.02), ("-method_basis gimp -method_transfer flip", 0.005),
                          ("-method_basis gimp -method_gimp_update stretch -method_transfer aflip -method_affine_strain 0.5", 0.005), ("-grid_h 0.05,0.05", 0.005)):
         h, _ = run("pull", pull, *method.split())
-        s = 0.0125 if "0.05" in method else 0.0625 / 6 if "accurate" in method else 0.0625 / 4
-        end, held, pulled = h["upper_b_x"][-1] + 1.5 * s, -h["reaction_xmin_x"][-1], h["reaction_xmax_x"][-1]
+        end, held, pulled = h["upper_b_x"][-1], -h["reaction_xmin_x"][-1], h["reaction_xmax_x"][-1]
         check.that(abs(end - 1.5) < 0.003 and abs(held / want - 1) < most and abs(pulled / want - 1) < most,
                    f"pulled {method}: the end is at {end:.4f} m of 1.5, the forces are {held:.0f} and {pulled:.0f} N of {want:.0f}")
     h, _ = run("lets_go", pull, "-bc_xmax_pulls", "false", "-time_end", 2)
-    check.that(np.abs(h["reaction_xmax_x"]).max() == 0 and abs(h["upper_b_x"][-1] - 1 + 0.0625 / 4) < 1e-9, "a piston that only pushes leaves the bar behind")
+    check.that(np.abs(h["reaction_xmax_x"]).max() == 0 and abs(h["upper_b_x"][-1] - 1) < 1e-9, "a piston that only pushes leaves the bar behind")
     push = ["-dim 2", "-grid_lower 0,0", "-grid_upper 2,0.5", "-grid_h 0.0625,0.0625", "-bc_xmax_type slip", "-bc_xmin_type piston", "-bc_xmin_distance 0.7", '-bc_xmin_velocity "t < 2 ? 0.1*(1-cos(pi*t)) : 0"',
             *material(rho=1000, E=1e5), "-bodies b", "-body_b_shape box", "-body_b_lower 1,0.125", "-body_b_upper 2,0.375", "-body_b_material m", "-damping_time 0.2", "-time_end 3.5",
             "-history_walls all", "-history_bodies b", "-history_body_quantities lower,center", "-history_energy"]

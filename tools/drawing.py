@@ -12,6 +12,7 @@ A picture is made of a run, a dictionary:
 """
 import collections
 import os
+import re
 import sys
 
 if sys.prefix != sys.base_prefix:  # in .venv: there goes the list of fonts too, which would go to the user's home folder
@@ -151,9 +152,12 @@ def quantity(run, particles, name, time):
         xx, xy, xz, _, yy, yz, _, _, zz = s.T
         mises = np.sqrt(0.5 * ((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3 * (xy**2 + yz**2 + xz**2))
         return mises, "von Mises stress", unit, False
+    if name == "von_mises":
+        values, unit = read(name)
+        return values, "von Mises stress", unit, False
     if name == "pressure":
-        s, unit = read("stress")
-        return -(s[:, 0] + s[:, 4] + s[:, 8]) / 3, "pressure", unit, True
+        s, unit = read("stress" if "stress" in particles else name)
+        return s if s.ndim == 1 else -(s[:, 0] + s[:, 4] + s[:, 8]) / 3, name, unit, True
     if name == "speed":
         v, unit = read("v")
         return np.linalg.norm(v, axis=1), "speed", unit, False
@@ -278,6 +282,22 @@ def lattice_domains(was, x, sides):
     return domains
 
 
+def rounded(domains, most=3):
+    """Domains of the same volumes that are at most so many times as long as they are wide: F of what has flowed far is a needle,
+    which shows nothing of where the matter is."""
+    left, sizes, right = np.linalg.svd(domains)
+    sizes = np.maximum(sizes, 1e-300)
+    mean = np.exp(np.log(sizes).mean(1, keepdims=True))
+    power = np.minimum(1, np.log(most) / np.maximum(np.log(sizes[:, :1] / sizes[:, -1:]), 1e-300))
+    return (left * (mean * (sizes / mean)**power)[:, None, :]) @ right
+
+
+def flows(run, body):
+    """Is the body of a soil, whose F says nothing of its shape once it has flowed?"""
+    name = run["options"].get("bodies", "").split(",")[body].strip()
+    return run["options"].get(f"material_{run['options'].get(f'body_{name}_material')}_model") == "druckerprager"
+
+
 def domains_of(run, particles):
     """The sides of each particle's domain, as columns: F times its box at rest."""
     dim, x = run["dim"], particles["x"][:, :run["dim"]]
@@ -286,10 +306,12 @@ def domains_of(run, particles):
         return np.eye(dim) * sides[:, None, :]
     F = particles["F"][...].reshape(-1, 3, 3)[:, :dim, :dim]
     domains, was = F * sides[:, None, :], start_of(run, particles["id"][...])
-    for one in np.unique(body) if was is not None else ():
+    for one in np.unique(body):
         at = body == one
-        if np.abs(F[at] - F[at, :1, :1] * np.eye(dim)).max() <= 1e-12 and np.abs(F[at, 0, 0] - 1).max() > 1e-12:
+        if was is not None and np.abs(F[at] - F[at, :1, :1] * np.eye(dim)).max() <= 1e-12 and np.abs(F[at, 0, 0] - 1).max() > 1e-12:
             domains[at] = lattice_domains(was[at], x[at], sides[at])
+        if flows(run, one):
+            domains[at] = rounded(domains[at], 3 * (sides[at].max(1) / sides[at].min(1)).max())
     return domains
 
 
@@ -497,6 +519,7 @@ def colours(run):
     map_ = matplotlib.colormaps["coolwarm" if run["signed"] else "viridis"]
     if run["dim"] == 3:  # paler, so that light and shade show
         map_ = ListedColormap(0.25 + 0.75 * map_(np.linspace(0, 1, 256))[:, :3])
+    map_ = map_.with_extremes(bad="0.85")  # particles that have no such value
     middle = (values.max() + values.min()) / 2
     if np.ptp(values) <= max(2 * run["noise"], 1e-9 * abs(middle)):  # only rounding is left: one colour
         reach = abs(middle) if abs(middle) > run["noise"] else 1.0
@@ -639,7 +662,7 @@ def draw_particles(axes, run, snapshot, colour):
 def draw_line(axes, run, snapshot, colour):
     """Draws the quantity over x, in 1-D."""
     values = np.concatenate([other["values"] for other in run["snapshots"]])
-    low, high = min(values.min(), 0), max(values.max(), 0)
+    low, high = min(np.nanmin(values), 0), max(np.nanmax(values), 0)
     margin = 0.06 * (high - low) or 1
     axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
     axes.scatter(snapshot["x"][:, 0], snapshot["values"], s=9, c=colour.to_rgba(snapshot["values"]),
@@ -728,6 +751,17 @@ def add_arguments(parser):
     parser.add_argument("--slice", metavar="AXIS=PLACE", help="in 3-D: draw the particles that this plane cuts, such as y=0")
     parser.add_argument("--domains", action="store_true", default=None, help="particles as their deformed domains (default in 2-D and 3-D)")
     parser.add_argument("--no-domains", dest="domains", action="store_false", help="particles as discs")
+
+
+def parse(parser, words):
+    """The arguments of the command line; a list of numbers that begins with a minus is a value, not an option."""
+    joined = []
+    for word in words:
+        if joined and re.fullmatch("--[xyz]lim", joined[-1]) and re.match(r"-[.\d]", word):
+            joined[-1] += "=" + word
+        else:
+            joined.append(word)
+    return parser.parse_args(joined)
 
 
 def view_of(arguments):

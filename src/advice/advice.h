@@ -83,6 +83,11 @@ PetscErrorCode MPMReportLoads(MPMCore *, const MPMScene *, PetscReal end);
    Not collective. */
 PetscErrorCode MPMReportProgress(MPMReport *, MPMCore *, const MPMTime *);
 
+/* Looks after some steps whether the bodies are at rest, and says so at the end of a run (rest.c). Collective on
+   exchange.data. */
+PetscErrorCode MPMRestLook(MPMCore *, const MPMScene *);
+PetscErrorCode MPMRestTell(const MPMCore *, const MPMTotals *, const MPMTime *);
+
 /* At the end: energies, and whether they or the steps are doubtful; how far the stress is from what nodes and particles
    agree on, unless all of it is rounding; the error, if a solution is known; the files that are there; how the grid was
    cut anew and particles changed process; the times of the phases, if the steps took long or an option asks for them.

@@ -102,11 +102,33 @@ PetscErrorCode MPMReportMethod(const MPMCore *core, const MPMScene *scene, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ends the line of a load with the sum `all` [n] of its forces or torques at time t; where they cancel, with that of their
+   sizes too. */
+static PetscErrorCode PrintInAll(const MPMCore *core, PetscInt n, const PetscReal all[], PetscReal size,
+                                 const char unit[], PetscReal t)
+{
+  PetscReal sum = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&core->print, ", in all %s", n > 1 ? "(" : ""));
+  for (PetscInt d = 0; d < n; d++) {
+    const PetscReal shown = PetscAbsReal(all[d]) > 1e-9 * size ? all[d] : 0; /* not the rounding of what cancels */
+
+    PetscCall(MPMPrint(&core->print, "%s%.3g", d ? ", " : "", (double)shown));
+    sum += PetscSqr(shown);
+  }
+  PetscCall(MPMPrint(&core->print, "%s %s at t=%.3g s", n > 1 ? ")" : "", unit, (double)t));
+  if (PetscSqrtReal(sum) < 0.99 * size)
+    PetscCall(MPMPrint(&core->print, ", the sum of sizes %.3g %s", (double)size, unit));
+  PetscCall(MPMPrint(&core->print, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints what a load on a volume acts on, and how large it is when it is largest. */
 static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene, PetscReal end, const MPMLoad *load)
 {
   const PetscReal nowhere[3] = {0};
-  PetscReal       most = 0, at = 0;
+  PetscReal       most = 0, at = 0, largest[3] = {0};
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k <= 10; k++) {
@@ -115,13 +137,14 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
 
     PetscCall(MPMExpressionEvaluate(load->value, core->grid.dim, nowhere, NULL, t, value));
     for (PetscInt d = 0; d < load->nc; d++) size += value[d] * value[d];
-    if (size > most) at = t;
-    most = PetscMax(most, size);
+    if (!(size > most)) continue;
+    at   = t;
+    most = size;
+    for (PetscInt d = 0; d < load->nc; d++) largest[d] = value[d];
   }
-  PetscCall(MPMSay(&core->print, "load", "%s: %s on %" PetscInt64_FMT " particles of %s, in all %.3g %s at t=%.3g s",
-                   load->name, load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n,
-                   scene->bodies[load->body].name, (double)PetscSqrtReal(most),
-                   load->type == MPM_LOAD_FORCE ? "N" : "N m", (double)at));
+  PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s", load->name,
+                     load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n, scene->bodies[load->body].name));
+  PetscCall(PrintInAll(core, load->nc, largest, PetscSqrtReal(most), load->type == MPM_LOAD_FORCE ? "N" : "N m", at));
   if (!(most > 0))
     PetscCall(MPMWarn(&core->print, "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value",
                       load->name, load->name));
@@ -187,7 +210,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     const MPMLoad *load    = &scene->loads[l];
     const MPMBody *body    = &scene->bodies[load->body];
     PetscInt64     n[7]    = {0}; /* particles, and the areas of their sides, in parts of that of the lattice */
-    PetscReal      area[3] = {0}, most = 0, at = 0;
+    PetscReal      area[3] = {0}, all[3] = {0}, most = 0, at = 0;
     MPMSum         rings[3]; /* of a body of revolution: areas */
 
     if (MPMLoadIsOnVolume(load)) {
@@ -222,15 +245,18 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     }
     PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, body->round ? 2 : dim - 1));
     for (PetscInt k = 0; k <= 10; k++) {
-      const PetscReal t    = end * k / 10;
-      PetscReal       size = 0;
+      const PetscReal t = end * k / 10;
+      MPMSum          sum[4];
 
-      PetscCall(MPMForcesSize(scene, core, load, &view, t, &size));
-      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPI_SUM, core->exchange.data));
-      if (size > most) at = t;
-      most = PetscMax(most, size);
+      for (PetscInt c = 0; c < 4; c++) MPMSumZero(&sum[c]);
+      PetscCall(MPMForcesAdd(scene, core, load, &view, t, sum));
+      PetscCall(MPMSumReduce(sum, 4, core->exchange.data));
+      if (!(MPMSumValue(&sum[3]) > most)) continue;
+      at   = t;
+      most = MPMSumValue(&sum[3]);
+      for (PetscInt d = 0; d < dim; d++) all[d] = MPMSumValue(&sum[d]);
     }
-    PetscCall(MPMPrint(&core->print, ", in all %.3g N at t=%.3g s\n", (double)most, (double)at));
+    PetscCall(PrintInAll(core, dim, all, most, "N", at));
     if (!n[0])
       PetscCall(MPMWarn(&core->print, "load %s acts on no particle", load->name));
     else if (!(most > 0))

@@ -192,7 +192,7 @@ static PetscBool IsPetscs(const char given[])
 
   for (size_t k = 0; k < NUM(petsc); k++)
     if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
-  if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || strcmp(time, "static"))
+  if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || !set || !strcmp(time, "explicit"))
     return PETSC_FALSE;
   return MPMOptionsIsOfSolver(given);
 }

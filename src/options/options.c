@@ -8,12 +8,30 @@
 #include <strings.h>
 #include "options/reader.h"
 
+/* Takes out options whose value is "none" and whose default is that: so the command line can switch off what a file
+   gives. */
+static PetscErrorCode TakeOutNone(const MPMVocabulary *table)
+{
+  PetscFunctionBeginUser;
+  for (const MPMOptionRow *row = table->row; row < table->row + table->n; row++) {
+    char      dashed[MPM_FULL_LEN + 1], text[MPM_NAME_LEN];
+    PetscBool given;
+
+    if (!row->name || strchr(row->name, '<') || strcmp(row->fallback, "none")) continue;
+    (void)snprintf(dashed, sizeof dashed, "-%s", row->name);
+    PetscCall(PetscOptionsGetString(NULL, NULL, dashed, text, sizeof text, &given));
+    if (given && !strcmp(text, "none")) PetscCall(PetscOptionsClearValue(NULL, dashed));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Creates a reader for the options of a vocabulary, which must stay valid. Not collective. */
 PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscNew(o));
   (*o)->table = table;
+  PetscCall(TakeOutNone(table));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

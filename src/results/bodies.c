@@ -5,7 +5,8 @@
 #include "results/selected.h"
 #include "step/step.h"
 
-typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
+typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, BACK, FRONT, LOST } How;
+#define AHEAD 0.995 /* the part of a body's mass that lies behind its front */
 static const struct {
   const char *name, *unit;
   How         how;
@@ -26,12 +27,14 @@ enum { /* the components of the quantities of particles */
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
+#define MPM_REST_QUANTITY(name)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_WALL_QUANTITY(name, unit, nc)
@@ -189,20 +192,23 @@ static PetscErrorCode Sum(const MPMSelected *s, const MPMCore *core, const MPMSh
 
   PetscFunctionBeginUser;
   for (PetscInt c = 0; c < 4; c++) MPMSumZero(&sum[c]);
-  PetscCall(MPMSelectedSum(s, shown, view, of, sum, NULL));
-  for (PetscInt k = 0; k < s->n; k++) MPMSumAdd(&sum[3], s->weight[k]);
+  PetscCall(MPMSelectedSum(s, shown, view, of, sum, &sum[3], NULL));
   PetscCall(MPMSumReduce(sum, 4, core->exchange.data));
   for (PetscInt c = 0; c < 3; c++) out[c] = MPMSumValue(&sum[c]);
   *all = MPMSumValue(&sum[3]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets out [3] to the extremes of a quantity of the selected particles; nan if there are none. */
+/* Sets out [3] to the extremes of a quantity of the selected particles, or to its quantiles by their weights; nan if
+   there are none. */
 static PetscErrorCode Extreme(const MPMSelected *s, const MPMCore *core, const MPMShown *shown, const MPMView *view,
-                              PetscInt of, PetscReal sign, PetscReal out[])
+                              PetscInt of, PetscReal sign, PetscReal share, PetscReal out[])
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMSelectedLeast(s, shown, view, of, sign, core->exchange.data, out));
+  if (share < 1)
+    PetscCall(MPMSelectedQuantile(s, shown, view, of, sign, share, core->exchange.data, out));
+  else
+    PetscCall(MPMSelectedLeast(s, shown, view, of, sign, core->exchange.data, out));
   for (PetscInt c = 0; c < 3; c++) out[c] = out[c] < PETSC_MAX_REAL ? sign * out[c] + 0 : (PetscReal)NAN; /* no -0 */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -212,7 +218,8 @@ static PetscErrorCode Extreme(const MPMSelected *s, const MPMCore *core, const M
 static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, PetscInt row, PetscInt b,
                           PetscReal out[])
 {
-  const PetscInt of = rows[row].of;
+  const PetscInt of  = rows[row].of;
+  const How      how = rows[row].how;
   MPMSum         lost;
   MPMView        view;
   MPMSelected    s;
@@ -220,13 +227,20 @@ static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *s
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
-  PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view, (PetscBool)(rows[row].how == MEAN), &s));
-  switch (rows[row].how) {
+  PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view,
+                   (PetscBool)(how == MEAN || how == BACK || how == FRONT), &s));
+  switch (how) {
   case LEAST:
-    PetscCall(Extreme(&s, core, shown, &view, of, 1, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, 1, 1, out));
     break;
   case MOST:
-    PetscCall(Extreme(&s, core, shown, &view, of, -1, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, -1, 1, out));
+    break;
+  case BACK:
+    PetscCall(Extreme(&s, core, shown, &view, of, -1, AHEAD, out));
+    break;
+  case FRONT:
+    PetscCall(Extreme(&s, core, shown, &view, of, 1, AHEAD, out));
     break;
   case SUM:
     PetscCall(Sum(&s, core, shown, &view, of, out, &all));

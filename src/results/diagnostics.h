@@ -10,12 +10,14 @@ enum {
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                              MPM_SHOWS_##name,
+#define MPM_REST_QUANTITY(name)                                                             MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
@@ -56,7 +58,8 @@ enum {
   MPM_SHOW_SYMMETRIC = 1024,
   MPM_SHOW_RIGID     = 2048,
   MPM_SHOW_FREE      = 4096,
-  MPM_SHOW_STATIC    = 8192
+  MPM_SHOW_STATIC    = 8192,
+  MPM_SHOW_REST      = 16384
 };
 typedef struct {
   const char *name, *word, *unit, *components;
@@ -91,6 +94,17 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *);
 /* Returns where component k of a symmetric tensor (MPM_SYM_NC) is among the 9 of the stress that is shown. */
 PetscInt MPMShownStress(PetscInt dim, PetscInt k);
 
+/* Return numbers of a Cauchy stress [9], row by row, Pa: von Mises stress, mean pressure, least and greatest principal
+   stress (stress.c). Not collective. */
+PetscReal MPMShown_von_mises(const PetscReal stress[]);
+PetscReal MPMShown_pressure(const PetscReal stress[]);
+PetscReal MPMShown_stress_min(const PetscReal stress[]);
+PetscReal MPMShown_stress_max(const PetscReal stress[]);
+
+/* Sets row [3] to where particle p of a view ends along each axis, m: above its centre for sign 1, below for -1 (edges.c).
+   Not collective. */
+void MPMShownEdge(const MPMShown *, const MPMView *, PetscInt p, PetscReal sign, PetscReal row[]);
+
 /* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 
@@ -101,6 +115,9 @@ PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
+
+/* Returns the kinetic energy, that of free rigid bodies too, over the strain energy; infinite where there is no strain. */
+PetscReal MPMShownKineticShare(const MPMTotals *);
 
 /* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
    change of the energy less that work, J. */

@@ -3,7 +3,7 @@
 
    A probe that stays at a place shows the mean over the particles near it, weighted by their mass and by
      W_p = product over the axes of max(0, 1 - |x_p - place|/h).
-   Sums are exact. Where no particle is within a cell size on every axis the values are nan. A probe that goes with a
+   Sums are exact. Where no particle that has the field is within a cell size on every axis the values are nan. A probe that goes with a
    particle shows what this has, and where it is; the values are nan once the particle has left the grid. */
 #include "results/measures.h"
 #include "results/output.h"
@@ -224,13 +224,12 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
 {
   const PetscInt dim = core->grid.dim;
   PetscInt       n = 0, at = p->first;
-  MPMSum        *sum; /* of a field, and behind all of the weights */
+  MPMSum        *sum; /* of each field, and of the weights behind it */
   MPMSelected    near;
   MPMView        view;
-  PetscReal      weight;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(1 + MPM_MAX_COMPONENTS * MPM_NUM_DIAGNOSTICS, &sum));
+  PetscCall(PetscCalloc1((1 + MPM_MAX_COMPONENTS) * MPM_NUM_DIAGNOSTICS, &sum));
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   PetscCall(MPMSelectedCreate(&near, &view));
   for (PetscInt k = 0; k < view.n; k++) {
@@ -240,18 +239,22 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
   }
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
     if (!(p->fields >> f & 1)) continue;
-    PetscCall(MPMSelectedSum(&near, shown, &view, f, sum + n, NULL));
-    n += MPMDiagnostics[f].nc;
+    PetscCall(MPMSelectedSum(&near, shown, &view, f, sum + n, sum + n + MPMDiagnostics[f].nc, NULL));
+    n += MPMDiagnostics[f].nc + 1;
   }
-  for (PetscInt k = 0; k < near.n; k++) MPMSumAdd(&sum[n], near.weight[k]);
   PetscCall(MPMSelectedDestroy(&near));
   PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-  PetscCall(MPMSumReduce(sum, n + 1, core->exchange.data));
-  weight = MPMSumValue(&sum[n]);
-  n      = 0;
-  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
-    for (PetscInt c = 0; c < MPMDiagnostics[f].nc && p->fields >> f & 1; c++, n++)
-      if (Shows(dim, f, c)) m->value[at++] = weight > 0 ? MPMSumValue(&sum[n]) / weight : (PetscReal)NAN;
+  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
+  n = 0;
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
+    if (!(p->fields >> f & 1)) continue;
+    for (PetscInt c = 0; c < MPMDiagnostics[f].nc; c++) {
+      const PetscReal weight = MPMSumValue(&sum[n + MPMDiagnostics[f].nc]);
+
+      if (Shows(dim, f, c)) m->value[at++] = weight > 0 ? MPMSumValue(&sum[n + c]) / weight : (PetscReal)NAN;
+    }
+    n += MPMDiagnostics[f].nc + 1;
+  }
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -23,14 +23,21 @@ MPM_INLINE void MPMSelectedAdd(MPMSelected *s, PetscInt p, PetscReal weight)
 }
 
 /* Adds, to sums [components] of this process, what the selected particles show of a row of MPMDiagnostics, times their
-   weights; a value that is not finite is counted in *wrong, and left out. wrong NULL: all are added. Not collective. */
+   weights; a value that is not finite is counted in *wrong, and left out. wrong NULL: all are added. weight not NULL:
+   particles for which the row is nan do not count, and the weights of the others are added to it. Not collective. */
 PetscErrorCode MPMSelectedSum(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, MPMSum sum[],
-                              PetscInt64 *wrong);
+                              MPMSum *weight, PetscInt64 *wrong);
 
 /* Sets least [components] to the smallest value of each component times `sign` (1 or -1) among the selected particles of
    all processes, or PETSC_MAX_REAL if there are none. Collective on comm. */
 PetscErrorCode MPMSelectedLeast(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscReal sign,
                                 MPI_Comm comm, PetscReal least[]);
+
+/* Sets out [components] to the smallest value of each component times `sign` (1 or -1) up to which selected particles
+   have `share` of the weight of all, or PETSC_MAX_REAL if there are none; up to some fifty reductions for each
+   component. Collective on comm. */
+PetscErrorCode MPMSelectedQuantile(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscReal sign,
+                                   PetscReal share, MPI_Comm comm, PetscReal out[]);
 
 /* Sets *value to the values [*n] of component c of a row of the selected particles of all processes, from the smallest to
    the largest, on every process; the caller frees them. Weights do not count; 0 and -0 are equal, so add 0 to what is

@@ -63,7 +63,7 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
 
     if (!(row->uses & MPM_SHOW_SUM) || !MPMDiagnosticIsOn(k, core)) continue;
     for (PetscInt c = 0; c < row->nc; c++) MPMSumZero(&sum[n + c]);
-    PetscCall(MPMSelectedSum(&all, &shown, &view, k, sum + n, &count[2]));
+    PetscCall(MPMSelectedSum(&all, &shown, &view, k, sum + n, NULL, &count[2]));
     n += row->nc;
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));

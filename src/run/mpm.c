@@ -44,6 +44,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
+  PetscCall(MPMRestSetFromOptions(core, o));
   if (MPMDampingIsOn(core) && core->rigids.free)
     MPMOptionsFail(o, "-damping_* does not apply: it would not brake the rigid bodies that are free");
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
@@ -118,6 +119,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   const PetscInt   shown = MPMDiagnosticReads(rows, core);
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(core->changes.gravity, core->params.gravity, 3));
   MPMWallsDerive(&scene->walls);
   MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;
@@ -266,7 +268,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMCheckpointNote(&mpm->checkpoint));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
-  while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
+  while (!MPMEnds(mpm) && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 
     PetscCall(MPMTimersClock(&core->timers, &t0));
@@ -277,18 +279,19 @@ PetscErrorCode MPMRun(MPM mpm)
     core->timers.steps += t1 - t0;
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(MPMWatchRest(core, &mpm->scene));
+    PetscCall(MPMRestLook(core, &mpm->scene));
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchState(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, &mpm->monitor));
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
     PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status))
+  if (!MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped)
     PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
-  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status))
+  if (MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMPrintEnd(mpm));

@@ -24,6 +24,7 @@ typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
+  PetscBool     removed;                /* it has left at a restart (-remove) */
   PetscBool     alone;                  /* a shape that cuts others, of material none, or rigid; it has no particles */
   PetscInt      copy;                   /* of the grid's nodes that its particles use */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
@@ -202,12 +203,12 @@ PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, Pets
 /* --- Body forces and loads (forces.c); not collective, but for MPMForcesUpdate: on exchange.data ------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal B[],
-                                PetscReal P[], PetscBool *any);
+PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal S[],
+                                PetscReal B[], PetscReal P[], PetscBool *any);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
-PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
-                             PetscReal *size);
+PetscErrorCode MPMForcesAdd(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
+                            MPMSum sum[]);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads

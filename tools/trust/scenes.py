@@ -80,7 +80,7 @@ def kept(name):
 
 
 def stretch(run, n):
-    """Along x, between the outermost particles."""
+    """Along x, of the whole body."""
     long = run.column("upper_b_x") - run.column("lower_b_x")
     return long[-1] / long[0]
 
@@ -141,8 +141,7 @@ def hanging_bar(dim):
 
 
 def hanging_length(run, n):
-    """From the place of the lowest particle, a quarter of a cell above the end."""
-    return exact.hanging(0.5, 0) * (1 - run.column(f"lower_b_{run.up}")[-1]) / exact.hanging(0.5, 1 / (4 * n))
+    return 1 - run.column(f"lower_b_{run.up}")[-1]
 
 
 def beam(gravity, time, **more):
@@ -195,8 +194,8 @@ def bar_contact_time(run, n):
 
 
 def bar_gap(run, n):
-    """In cells, between wall and end, a quarter of a cell beyond the last particle, at a hundredth of the impulse."""
-    return run.column("lower_b_x")[np.argmax(impulse(run, "xmin", "x")[1] > 0.01)] * n - 0.25
+    """In cells, between wall and end, at a hundredth of the impulse."""
+    return run.column("lower_b_x")[np.argmax(impulse(run, "xmin", "x")[1] > 0.01)] * n
 
 
 def rebound(axis):
@@ -270,11 +269,11 @@ def taylor(n):
 
 
 def taylor_length(run, n):
-    return 1000 * (run.column("upper_b_z") - run.column("lower_b_z"))[-1] + 1.6 / n
+    return 1000 * (run.column("upper_b_z") - run.column("lower_b_z"))[-1]
 
 
 def taylor_foot(run, n):
-    return 500 * (run.column("upper_b_x") + run.column("upper_b_y"))[-1] + 0.8 / n
+    return 500 * (run.column("upper_b_x") + run.column("upper_b_y"))[-1]
 
 
 # ---- Bodies on walls
@@ -331,9 +330,8 @@ def layer(n):
 
 
 def settlement(run, n):
-    """In mm, from the uppermost particles."""
-    at = 1 - 1 / (4 * n)
-    return 1e4 * (1 - exact.column(SOIL, 1)) * (at - run.column("upper_b_y")[-1] / 10) / (at - exact.column(SOIL, at))
+    """In mm, of the surface."""
+    return 1e4 * (1 - run.column("upper_b_y")[-1] / 10)
 
 
 def vertical_stress(run, n):
@@ -388,8 +386,8 @@ def thrown_sand(n):
 
 
 def sand_gap(run, n):
-    """In cells, between the floor and a quarter of a cell below the lowest particle."""
-    return run.column("lower_b_y")[-1] / run.h - 0.25
+    """In cells, between the floor and the lowest particle."""
+    return run.column("lower_b_y")[-1] / run.h
 
 
 # ---- Water
