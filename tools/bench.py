@@ -12,6 +12,7 @@ particle and step, without start-up and without the compilation of kernels. The 
   peers    against steps in Taichi and Warp (tools/bench/), on one core; their energy must agree with pebble's
   updates  usf and musl against usl, at 1e5 particles
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
+  predicted  time of the scenes of options/ over what they predict by their first steps (tools/bench/predicted.py)
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
@@ -48,6 +49,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 sys.path.insert(0, FOLDER)
 from scene import HALF, Scene  # noqa: E402 (after the path)
 import launch  # noqa: E402
+import predicted  # noqa: E402
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
 SIZES = "1e4,1e5,1e6,4e6"  # of the matrix
@@ -823,7 +825,7 @@ def record(args, results, section, lines):
 
 
 def main():
-    groups = {"bare": bare, "seed": seed, "peers": peers, "updates": updates, "ranks": ranks}
+    groups = {"bare": bare, "seed": seed, "peers": peers, "updates": updates, "ranks": ranks, "predicted": predicted.measure}
     more = {"matrix": matrix, "modes": modes, "large": large, "writes": writes}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
