@@ -170,7 +170,7 @@ coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERA
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bare := $(widths:%=$(BUILD)/bare_%)
-bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: all sizes, 40
+bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: also 10^7 particles
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare --flags="$(strip $(flags))" \
@@ -209,7 +209,7 @@ scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/s
 	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	@$(python) tools/scaling/scaling.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
-report: ## docs/report.md and figures anew from docs/data, and docs/report.html; REPORT=calibrate: constants first; =all: all data
+report: ## docs/report.md, model.md and figures anew from docs/data, and docs/report.html; REPORT=all: all data first
 	@tools/install.sh report
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
@@ -253,9 +253,9 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 	@$(after)
 
-pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
-	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --predictor $(BUILD)/predict --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate); status=$$?; \
-	$(python) tools/report/short_model.py --pebble $(program) --predictor $(BUILD)/predict --write && exit $$status
+pages: $(PEBBLE) $(BUILD)/predict
+	@$(python) tools/report/constants.py --pebble $(program) --predictor $(BUILD)/predict
+	@$(python) tools/report/report.py
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)

@@ -50,7 +50,6 @@ NOT_RUN = [
     (r"mpiexec -n \d+ --bind-to", "needs a machine with that many cores"),
     (r"mpiexec --oversubscribe -n 32", "32 processes with millions of particles"),
     (r"GLIBC_TUNABLES=|.* \[-name value \.\.\.\]$", "a sketch: ... stands for a scene or for options"),
-    (r"PEBBLE_VECTOR=4 valgrind", "needs valgrind and the reader's scene"),
     (r"ctest --test-dir", "a test cannot run the tests"),
 ]
 # What differs from run to run, or from machine to machine: of a printed line, what is left of it (None: nothing), and why.

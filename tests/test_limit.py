@@ -130,7 +130,7 @@ def command():
         (box("elastic", "1.5,1.5", 0.25, "-bc_ymin_type slip", "-gravity 0,-1", model=elastic), ["--reduce", "strength"],
          "--reduce strength does not apply: no material has the model vonmises or druckerprager"),
         (heavy, ["-method_time", "euler"], "-method_time euler does not apply: a limit is looked for with -method_time static"),
-        (heavy, ["-bc_xmin_type", "separate"], "-bc_xmin_type"),
+        (heavy, ["-bc_xmin_type", "friction", "-bc_xmin_mu", "0.5"], "-bc_xmin_type"),
     ):  # fmt: skip
         told = study(path, *words)
         last = told.err.strip().splitlines()[-1:] or [""]

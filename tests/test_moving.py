@@ -89,6 +89,8 @@ def check_equal():
         runs.append(check.must("-options_file", path, *QUIET, *more, "-restart_file", "latest").digest)
         runs.append(check.must("-options_file", path, *QUIET, *more, "-check_state", "retry").digest)
         check.that(len(set(runs)) == 1 and runs[0], f"{name}: digests {' '.join(map(str, runs))}")
+    single = [check.must("-options_file", path, *QUIET, *more, "-bc_ymin_velocity", velocity).digest for velocity in ("0, max(0, 0.1*t)", "max(0, 0.1*t)")]
+    check.that(single[0] == single[1], f"one formula is the velocity along the normal: digests {' '.join(single)}")
     stops = check.must("-options_file", path, *QUIET, *more).find(r"^damping +all velocities were set to 0 (\d+) times$")
     check.that(int(stops) > 0, f"kinetic damping stopped {stops} times in these runs")
     late = check.pebble("-options_file", path, *QUIET, "-bc_ymin_velocity", "0.1/(t<0.02), 0")

@@ -87,6 +87,7 @@ def later():
     told = next((line for line in process.stdout if line.startswith("predict    after")), "")
     process.kill()
     process.wait()
+    check.mpi.keep(told)
     found = re.fullmatch(r"predict    after (\S+) s: (\S+) more steps of (\S+) s, about (\S+) (\w+?)s? in all with output\n", told)
     check.need(found, f"the time by the first steps: {told}")
     spent, left, step, number, unit = float(found[1]), float(found[2]), float(found[3]), float(found[4]), found[5]

@@ -245,8 +245,8 @@ def options():
     bar("one", "-time_end", "0.5", "-checkpoint_every", "0.2")
     go = ["-time_end", "0.5", "-restart_file", "latest"]
     for more, words in ((("-grid_cells", "66"), ("-grid_cells", "33", "66")),
-                        (("-material_spring_E", "101"), ("-material_spring_E", "100", "101")),
-                        (("-method_flip", "0.9"), ("-method_flip", "not given", "0.9"))):
+                        (("-material_spring_rho", "1.1"), ("-material_spring_rho", "1.1")),
+                        (("-method_preset", "fast"), ("-method_preset", "not given", "fast"))):
         run = bar("one", *go, *more)
         check.that(run.status == 2 and len(run.lines) == 1 and all(word in run.err for word in words),
                    f"{' '.join(more)} may not change: {run.err.strip()}")

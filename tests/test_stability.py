@@ -267,9 +267,9 @@ def family_messages():
 def notes():
     """Odd values get a note; the scenes of options/ get none, and no warning."""
     for name, scene, note in (
-            ("E = 1 Pa", odd(material=dict(E=1.)), "-material_m_E 1 Pa is very small"),
+            ("E = 1 Pa", odd(material=dict(E=1.), gravity=[0., -1e-3]), "-material_m_E 1 Pa is very small"),
             ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2 kg/m.3 is that of a gas"),
-            ("an angle in radians", odd(material=dict(MODELS["druckerprager"], friction_angle=30., dilation_angle=0.1)),
+            ("an angle in radians", odd(material=dict(MODELS["druckerprager"], friction_angle=30., dilation_angle=0.1), gravity=[0., -1.]),
              "-material_m_dilation_angle 0.1 is in degrees; as radians it would be 5.73"),
             ("gravity upward", odd(gravity=[0., 9.81]), "-gravity points upward, along .y")):
         told = run(Case("", scene, ""))

@@ -45,6 +45,9 @@ PetscErrorCode MPMDoubtsStart(MPMCore *, const MPMScene *, const MPMTime *, Pets
 PetscErrorCode MPMDoubtsWarn(const MPMCore *, const MPMScene *, const MPMMethod *, const MPMTime *,
                              const MPMForecast *);
 
+/* Notes values that are hardly meant (unlikely.c), of a run that is predicted to take so many seconds. Collective on exchange.data. */
+PetscErrorCode MPMUnlikelyNote(MPMCore *, const MPMScene *, const MPMTime *, const MPMMonitor *, PetscReal seconds);
+
 /* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (method_warnings.c).
    Collective on exchange.data. */
 PetscErrorCode MPMMethodWarnings(MPMCore *, const MPMScene *, const MPMMethod *, const MPMTime *, PetscReal dt);
@@ -87,6 +90,11 @@ PetscErrorCode MPMReportForecast(MPMReport *, const MPMCore *, const MPMTime *, 
 /* Prints a line of progress over the one before, at most once a second, if standard output is a terminal (progress.c).
    Not collective. */
 PetscErrorCode MPMReportProgress(MPMReport *, MPMCore *, const MPMTime *);
+
+/* Looks after some steps whether the bodies are at rest, and says so at the end of a run (rest.c). Collective on
+   exchange.data. */
+PetscErrorCode MPMRestLook(MPMCore *, const MPMScene *);
+PetscErrorCode MPMRestTell(const MPMCore *, const MPMTotals *, const MPMTime *);
 
 /* At the end: energies, and whether they or the steps are doubtful; how far the stress is from what nodes and particles
    agree on, unless all of it is rounding; the error, if a solution is known; the files that are there; how the grid was

@@ -73,8 +73,10 @@ static PetscErrorCode NoteMaterial(const MPMPrinter *print, const MPMMaterial *m
     PetscCall(MPMNote(print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)", m->name,
                       ModulusOf(m), (double)E));
   if (m->rho < MPM_BOUND_gas && (earth || E >= MPM_BOUND_si_modulus))
-    PetscCall(MPMNote(print, "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)",
-                      m->name, (double)m->rho));
+    PetscCall(MPMNote(print,
+                      "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000); if t/m^3 or "
+                      "g/cm^3 are meant, write %g",
+                      m->name, (double)m->rho, (double)(1000 * m->rho)));
   (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
   PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
   if (angle > 0 && angle < MPM_BOUND_dilation)
@@ -92,8 +94,7 @@ static PetscErrorCode NoteUnits(const MPMPrinter *print, const MPMMaterial *m)
   const char     *word = E ? "E" : "G";
 
   PetscFunctionBeginUser;
-  if (yields && m->rho >= MPM_BOUND_si_density &&
-      (part < MPM_BOUND_yield_least || (part > MPM_BOUND_yield_most && part < MPM_BOUND_yield_none)))
+  if (yields && m->rho >= MPM_BOUND_si_density && part < MPM_BOUND_yield_least)
     PetscCall(MPMNote(print,
                       "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
                       m->name, (double)m->yield, (double)part, m->name, word));
@@ -157,7 +158,7 @@ static PetscErrorCode WarnLocking(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     const MPMMaterial *m = &scene->materials[k];
 
-    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks)) continue;
+    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks) || m->mu < MPM_BOUND_yield_least * m->lambda) continue;
     PetscCall(MPMWarn(
         &core->print,
         "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or -method_locking fbar",
@@ -329,34 +330,6 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and
-   moving hold what touches them in any direction, friction also along itself. */
-static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
-{
-  const PetscReal *g     = core->params.gravity;
-  PetscInt         walls = 0, down = 0;
-
-  PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < core->grid.dim; d++) {
-    if (PetscAbsReal(g[d]) > PetscAbsReal(g[down])) down = d;
-    for (PetscInt side = 0; side < 2; side++) {
-      const MPMWall type = scene->walls.given[d][side].type;
-
-      if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
-      walls++;
-      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) || (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) ||
-          (side ? g[d] > 0 : g[d] < 0))
-        PetscFunctionReturn(PETSC_SUCCESS);
-    }
-  }
-  if (!walls || g[down] == 0 || core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMWarn(
-      &core->print,
-      "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
-      g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Warns of a coefficient of friction that no surfaces have, which may be an angle in degrees. */
 static PetscErrorCode WarnRubs(const MPMPrinter *print, const char before[], const char name[], const char after[])
 {
@@ -437,7 +410,6 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
   PetscCall(WarnWeight(core, scene));
   PetscCall(WarnAngle(core, scene));
   PetscCall(WarnRuns(core, scene, method));
-  PetscCall(WarnFall(core, scene));
   PetscCall(WarnFriction(core, scene));
   PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);

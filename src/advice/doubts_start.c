@@ -332,6 +332,58 @@ static PetscErrorCode WarnTied(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the body that reaches the wall of a face, or NULL. */
+static const MPMBody *Reaches(const MPMCore *core, const MPMScene *scene, PetscInt d, PetscInt side)
+{
+  PetscReal plane, sign, lower[3], upper[3];
+
+  MPMWallPlane(&scene->walls, &core->grid, 2 * d + side, &plane, &sign);
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMRegionBounds(&scene->bodies[k].region, core->grid.dim, lower, upper);
+    if (sign * ((side ? upper[d] : lower[d]) - plane) < 0.5 * core->grid.h[d]) return &scene->bodies[k];
+  }
+  return NULL;
+}
+
+/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and
+   moving hold what touches them in any direction, friction also along itself. Others that do not just push hold what hangs
+   from them. */
+static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
+{
+  const PetscReal *g     = core->params.gravity;
+  PetscInt         walls = 0, down = 0, from = 0;
+  const MPMBody   *hangs = NULL;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    if (PetscAbsReal(g[d]) > PetscAbsReal(g[down])) down = d;
+    for (PetscInt side = 0; side < 2; side++) {
+      const MPMWall type = scene->walls.given[d][side].type;
+
+      if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
+      walls++;
+      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) || (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) ||
+          (side ? g[d] > 0 : g[d] < 0))
+        PetscFunctionReturn(PETSC_SUCCESS);
+      if (!MPMWallHas(type, MPM_WALL_PUSHES) && g[d] != 0 && !hangs) {
+        hangs = Reaches(core, scene, d, side);
+        from  = 2 * d + side;
+      }
+    }
+  }
+  if (!walls || g[down] == 0 || core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
+  if (hangs) {
+    PetscCall(MPMNote(&core->print, "%s hangs from its wall -bc_%s_type %s, which does not let go; a wall that lets go is separate",
+                      hangs->name, MPMFaceNames[from], MPMWallNames[scene->walls.given[from / 2][from % 2].type]));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MPMWarn(
+      &core->print,
+      "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
+      g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscBool restarted)
 {
   PetscFunctionBeginUser;
@@ -344,5 +396,6 @@ PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTim
     PetscCall(WarnTied(core));
   }
   PetscCall(WarnCuts(core, scene));
+  PetscCall(WarnFall(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -184,6 +184,7 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
       if (!Holds(l, k) || !(in < 0.5 * h * (PetscReal)MPMBasisNodes(core->basis))) continue;
       w->held[6 * b + k] = PETSC_TRUE;
       if (w->joins || core->stop[0]) continue;
+      if (MPMWallHas(l->scene->walls.given[k / 2][k % 2].type, MPM_WALL_PUSHES)) continue; /* its nodes know the gap */
       PetscCall(Gap(l, b, b, k, &gap));
       if (gap == PETSC_MIN_REAL && in > spacing) gap = in - 0.5 * spacing;
       if (IsClosed(l, b, gap)) continue;
@@ -323,7 +324,7 @@ PetscErrorCode MPMMeetLook(MPMWatch *w, MPMCore *core, const MPMScene *scene, Pe
 
   PetscFunctionBeginUser;
   w->moved += core->params.dt * PetscSqrtReal(core->status.v2);
-  if (w->moved < far && !last) PetscFunctionReturn(PETSC_SUCCESS);
+  if (w->moved < far && !last && !core->implicit) PetscFunctionReturn(PETSC_SUCCESS);
   if (w->moved >= far) w->moved = 0; /* a run that goes on from the last step looks when one would that had not ended */
   PetscCall(Open(&l, core));
   PetscCall(FindBounds(&l, PETSC_FALSE));

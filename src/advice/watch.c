@@ -236,7 +236,7 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
 {
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
   const MPMShown        shown   = MPMMonitorShown(mon, core, scene);
-  const PetscBool       last    = core->t >= time->end ? PETSC_TRUE : PETSC_FALSE; /* it is looked at in any case */
+  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE : PETSC_FALSE; /* looked at in any case */
   const PetscInt        near    = w->near;
 
   PetscFunctionBeginUser;

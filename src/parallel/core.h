@@ -12,6 +12,7 @@
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
 #include "parallel/contact.h"
+#include "parallel/rest.h"
 #include "physics/rigid.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
@@ -192,6 +193,7 @@ typedef struct {
   PetscInt         meets[2];     /* which */
   PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
   PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
+  PetscReal        loads;        /* and by body forces, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;
@@ -215,6 +217,8 @@ struct _MPMCore {
   MPMTimers       timers;
   MPMEnergy       energy;
   MPMDamping      damping;
+  MPMRest         rest;
+  MPMChanges      changes;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
   MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */

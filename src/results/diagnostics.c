@@ -74,13 +74,6 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   }
 }
 
-PetscInt MPMShownStress(PetscInt dim, PetscInt k)
-{
-  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
-
-  return upper[MPMSymPlace((int)dim, (int)k)];
-}
-
 static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
@@ -257,20 +250,35 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
+PetscReal MPMShownKineticShare(const MPMTotals *totals)
+{
+  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
+                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
+
+  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+}
+
+/* Returns the work of loads and body forces, of those on free rigid bodies too. */
+static PetscReal Loads(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_loads] + s->core->rigids.loads;
+}
+
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
    Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 kick by
    (v dt - v_start dt_1)/2, with the first step dt_1, but for the squares of changes of dt. All kicks together are t +
-   (dt_1 - dt)/2. */
+   (dt_1 - dt)/2. Implicit steps have no kicks: their work is that along the displacement. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
-  PetscReal        work = s->now->energy[MPM_ENERGY_loads] + s->core->half + s->core->rigids.energy[0];
+  const PetscReal  part = s->core->implicit ? 0 : 0.5;
+  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
             (MPMShownEver(now, MPM_SHOWS_mass_moment, d) - start->sum[MPM_SHOWS_mass_moment][d] -
-             0.5 * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
+             part * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
   return work;
 }
 
@@ -283,7 +291,7 @@ PetscReal MPMShownResidual(const MPMShown *s)
 }
 
 VALUE(energy_residual, MPMShownResidual(s))
-VALUE(load_work, s->now->energy[MPM_ENERGY_loads])
+VALUE(load_work, Loads(s))
 VALUE(energy_gravity, s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
 VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
 VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])
@@ -308,13 +316,16 @@ static PetscReal Value_energy_integration(const MPMShown *s)
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
          Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
          Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
-         Value_energy_rigid(s);
+         Value_energy_rigid(s) - s->core->changes.energy;
 }
 
 VALUE(newton_iterations, s->core->implicit->newton)
 VALUE(linear_iterations, s->core->implicit->krylov)
 VALUE(steps_cut, s->core->implicit->failed)
 VALUE(force_unbalanced, s->core->implicit->residual)
+
+VALUE(unbalanced, s->core->rest.unbalanced)
+VALUE(kinetic_share, MPMShownKineticShare(s->now))
 
 static PetscReal Value_particles(const MPMShown *s)
 {
@@ -345,6 +356,8 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
   {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
+#define MPM_REST_QUANTITY(name)                                                                                        \
+  {#name, "", "1", "", MPM_SHOW_COLUMN | MPM_SHOW_REST, 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
@@ -352,6 +365,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -363,12 +377,14 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
+#define MPM_REST_QUANTITY(name)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
@@ -427,7 +443,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
                  (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit)
+                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
+                 (uses & MPM_SHOW_REST && !core->rest.shown)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

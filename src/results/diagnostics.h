@@ -10,12 +10,14 @@ enum {
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                              MPM_SHOWS_##name,
+#define MPM_REST_QUANTITY(name)                                                             MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
+#undef MPM_REST_QUANTITY
 #undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
@@ -56,7 +58,8 @@ enum {
   MPM_SHOW_SYMMETRIC = 1024,
   MPM_SHOW_RIGID     = 2048,
   MPM_SHOW_FREE      = 4096,
-  MPM_SHOW_STATIC    = 8192
+  MPM_SHOW_STATIC    = 8192,
+  MPM_SHOW_REST      = 16384
 };
 typedef struct {
   const char *name, *word, *unit, *components;
@@ -112,6 +115,9 @@ PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
+
+/* Returns the kinetic energy, that of free rigid bodies too, over the strain energy; infinite where there is no strain. */
+PetscReal MPMShownKineticShare(const MPMTotals *);
 
 /* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
    change of the energy less that work, J. */

@@ -44,6 +44,29 @@ static int MakeFolder(const char dir[])
   return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
 }
 
+/* Returns what MakeFolder would, or 0, and makes nothing that stays: it looks whether the part of the path that is there is a
+   folder in which one can be made. */
+static int TryFolder(const char dir[])
+{
+  char        path[MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN];
+  struct stat s;
+
+  (void)snprintf(path, sizeof path, "%s", dir);
+  while (stat(path, &s)) {
+    char *slash = strrchr(path, '/');
+
+    if (errno != ENOENT) return errno;
+    if (!slash)
+      (void)snprintf(path, sizeof path, ".");
+    else
+      slash[slash == path] = 0;
+  }
+  if (!S_ISDIR(s.st_mode)) return ENOTDIR;
+  (void)snprintf(fresh, sizeof fresh, "%s/.pebble-dry-%ld", path, (long)getpid());
+  if (mkdir(fresh, 0777)) return errno;
+  return rmdir(fresh) ? errno : 0;
+}
+
 /* Returns whether an HDF5 file says that Pebble wrote it. */
 static PetscBool IsResult(const char path[])
 {
@@ -181,7 +204,7 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMCore *core, const MP
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
   if (!rank) {
-    const int number = scene->dry_run ? 0 : MakeFolder(out->dir);
+    const int number = scene->dry_run ? TryFolder(out->dir) : MakeFolder(out->dir);
 
     if (number) (void)snprintf(fault, sizeof fault, "-output_dir %.1500s: %s", out->dir, strerror(number));
     for (int k = 0; k < FILES && !fault[0]; k++)

@@ -3,6 +3,13 @@
 #include "base/tensor.h"
 #include "results/diagnostics.h"
 
+PetscInt MPMShownStress(PetscInt dim, PetscInt k)
+{
+  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
+
+  return upper[MPMSymPlace((int)dim, (int)k)];
+}
+
 PetscReal MPMShown_von_mises(const PetscReal s[])
 {
   return PetscSqrtReal(0.5 * (PetscSqr(s[0] - s[4]) + PetscSqr(s[4] - s[8]) + PetscSqr(s[8] - s[0])) +

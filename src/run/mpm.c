@@ -4,6 +4,8 @@
 #include "run/mpm.h"
 #include "step/static.h"
 
+#define MANY 2000000 /* particles: a set-up of so many says what it has done */
+
 /* Makes an empty run on comm. Collective on comm. */
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 {
@@ -42,6 +44,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
+  PetscCall(MPMRestSetFromOptions(core, o));
   if (MPMDampingIsOn(core) && core->rigids.free)
     MPMOptionsFail(o, "-damping_* does not apply: it would not brake the rigid bodies that are free");
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
@@ -116,6 +119,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   const PetscInt   shown = MPMDiagnosticReads(rows, core);
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(core->changes.gravity, core->params.gravity, 3));
   MPMWallsDerive(&scene->walls);
   MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;
@@ -176,6 +180,14 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says what the set-up of a large scene has done, since it takes a while. */
+static PetscErrorCode TellSetUp(const MPMCore *core, const char done[])
+{
+  PetscFunctionBeginUser;
+  if (core->particles.total >= MANY) PetscCall(MPMPrint(&core->print, "set-up     %" PetscInt64_FMT " particles are %s\n", core->particles.total, done));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes grid, patches and particles, and predicts the cost of a step. Collective on core.comm. */
 PetscErrorCode MPMSetUp(MPM mpm)
 {
@@ -189,13 +201,16 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMWatchSetUp(&mpm->watch, core, &mpm->scene));
+  PetscCall(TellSetUp(core, "counted and checked; they are being made"));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
     PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(&mpm->checkpoint)
                                       : MPMSceneAddParticles(&mpm->scene, core));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
+    PetscCall(TellSetUp(core, "made; they are being put in order"));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+    PetscCall(TellSetUp(core, "in order"));
     PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
@@ -253,7 +268,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMCheckpointNote(&mpm->checkpoint));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
-  while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
+  while (!MPMEnds(mpm) && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 
     PetscCall(MPMTimersClock(&core->timers, &t0));
@@ -264,6 +279,7 @@ PetscErrorCode MPMRun(MPM mpm)
     core->timers.steps += t1 - t0;
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(MPMWatchRest(core, &mpm->scene));
+    PetscCall(MPMRestLook(core, &mpm->scene));
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchState(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, &mpm->monitor));
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
@@ -271,12 +287,12 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status))
+  if (!MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped)
     PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
-  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status))
+  if (MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMPrintEnd(mpm));

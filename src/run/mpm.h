@@ -96,6 +96,12 @@ void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
 PetscErrorCode MPMAdvanceReport(MPM);
 
+/* Returns whether a run has come to its end: the time of its end, or rest. Not collective. */
+MPM_INLINE PetscBool MPMEnds(const MPM mpm)
+{
+  return mpm->core.t >= mpm->time.end || mpm->core.rest.reached ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Lists the variables of a run, an MPM, at this moment (state.c). Not collective. */
 void MPMStateList(void *run, MPMVariables *);
 

@@ -23,7 +23,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own: %s of the file stand aside",
+    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   if (core->implicit)
@@ -43,6 +43,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));
   PetscCall(MPMMethodWarnings(core, scene, &mpm->method, &mpm->time, f.dt));
   PetscCall(MPMDoubtsWarn(core, scene, &mpm->method, &mpm->time, &f));
+  PetscCall(MPMUnlikelyNote(core, scene, &mpm->time, &mpm->monitor, seconds));
   if (scene->dry_run) PetscCall(MPMPrint(&core->print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -65,8 +66,9 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
     PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
   else
     PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
-                       (double)core->t, now - mpm->report.start, core->t < mpm->time.end ? " (-time_max_steps)" : ""));
+                       (double)core->t, now - mpm->report.start, core->rest.reached ? " (-time_rest)" : !MPMEnds(mpm) ? " (-time_max_steps)" : ""));
   PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
+  PetscCall(MPMRestTell(core, &mpm->monitor.now, &mpm->time));
   PetscCall(MPMAdvanceReport(mpm));
   PetscCall(MPMStaticReport(core));
   if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)

@@ -236,50 +236,70 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets B [dim][dim*dim], m/s^2, and P [dim*dim][dim*dim], Pa, to the derivatives by F of what pressures give particle p: the body
-   force b, and S F^-T, which acts in the reference state. They are central differences, which are exact but for rounding, since
-   a pressure is of second order in F at most. *any: it has some. The view has F, which is changed and put back. Not
-   collective. */
+/* Sets S [dim*dim], Pa, to the stress that pressures give particle p, and B [dim][nc], m/s^2, and P [nc][nc], Pa, to the
+   derivatives by F, of bodies of revolution then F33 (nc), of what they give it: the body force b, and S F^-T, which acts in the
+   reference state. They are central differences, which are exact but for rounding, since a pressure is of second order in
+   F at most. *any: it has some. The view has F and F33, which are changed and put back. Not collective. */
 PetscErrorCode MPMForcesTangent(const MPMScene *scene, const MPMCore *core, MPMView *view, PetscInt p, PetscReal t,
-                                PetscReal B[], PetscReal P[], PetscBool *any)
+                                PetscReal S[], PetscReal B[], PetscReal P[], PetscBool *any)
 {
-  const PetscInt  dim = core->grid.dim, n = dim * dim;
+  const PetscInt  dim = core->grid.dim, n = dim * dim, nc = core->grid.round ? n + 1 : n;
   const PetscReal step = 1e-3;
 
   PetscFunctionBeginUser;
   *any = PETSC_FALSE;
-  PetscCall(PetscArrayzero(B, dim * n));
-  PetscCall(PetscArrayzero(P, n * n));
+  PetscCall(PetscArrayzero(B, dim * nc));
+  PetscCall(PetscArrayzero(P, nc * nc));
+  PetscCall(PetscArrayzero(S, n));
   for (PetscInt k = 0; k < scene->nloads; k++) {
+    PetscReal none[3] = {0};
+
     if (scene->loads[k].type != MPM_LOAD_PRESSURE) continue;
-    for (PetscInt q = 0; q < n; q++) {
-      PetscReal *F = view->F + p * n, was = F[q];
+    PetscCall(AddLoad(scene, core, &scene->loads[k], view, p, t, none, S));
+    for (PetscInt q = 0; q < nc; q++) {
+      PetscReal *F = view->F + p * n, *own = q < n ? F + q : view->F33 + p, was = *own;
 
       for (int side = -1; side <= 1; side += 2) {
-        PetscReal b[3] = {0}, S[9] = {0}, cofactor[9], J;
+        PetscReal b[3] = {0}, now[9] = {0}, cofactor[9], J;
 
-        F[q] = was + side * step;
-        PetscCall(AddLoad(scene, core, &scene->loads[k], view, p, t, b, S));
+        *own = was + side * step;
+        PetscCall(AddLoad(scene, core, &scene->loads[k], view, p, t, b, now));
         MPMCofactor((int)dim, F, cofactor);
         J = MPMDet((int)dim, F);
         for (PetscInt d = 0; d < dim; d++) {
-          B[d * n + q] += side * b[d] / (2 * step);
+          B[d * nc + q] += side * b[d] / (2 * step);
           if (b[d] != 0) *any = PETSC_TRUE;
           for (PetscInt e = 0; e < n; e++) {
-            const PetscReal part = S[d * dim + e % dim] * cofactor[e % dim * dim + e / dim] / J;
+            const PetscReal part = now[d * dim + e % dim] * cofactor[e % dim * dim + e / dim] / J;
 
-            P[(d * dim + e / dim) * n + q] += side * part / (2 * step);
+            P[(d * dim + e / dim) * nc + q] += side * part / (2 * step);
             if (part != 0) *any = PETSC_TRUE;
           }
         }
       }
-      F[q] = was;
+      *own = was;
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Collective on exchange.data. */
+/* Sets the acceleration of the body force on free rigid bodies for the time t, s: that at their centre. */
+static PetscErrorCode PushRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < core->rigids.n && scene->acceleration; k++) {
+    MPMRigid *r = &core->rigids.body[k];
+    PetscReal x[3];
+
+    if (!r->free) continue;
+    for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
+    PetscCall(MPMExpressionEvaluate(scene->acceleration, core->grid.dim, x, r->pivot, t, r->pushed));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the fields b, m/s^2, and S, Pa, of the particles here, and the body force on free rigid bodies, for the time t, s.
+   Collective on exchange.data. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
@@ -289,6 +309,7 @@ PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t
   MPMVolumeLoad volume[MPM_MOST_LOADS];
 
   PetscFunctionBeginUser;
+  PetscCall(PushRigids(scene, core, t));
   if (scene->nvolume) PetscCall(MPMVolumeLoadsSum(scene, core, t, volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {

@@ -4,6 +4,8 @@
 #include <strings.h>
 #include "scene/cut.h"
 
+#define RADIANS 2 /* a smaller angle of friction is likely to be one in radians: none is above pi/2 */
+
 /* The lattice places of a body in a line along gravity: which lie in it, and the weight per area of those above each.
    It is kept until another line is asked for, since particles are made line by line. */
 typedef struct {
@@ -223,6 +225,31 @@ static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char tex
                    (double)tau[MPMSymPlace((int)dim, k)]);
 }
 
+/* Writes what is probably wrong where a stress cannot be, "; ..."; of stresses by weight also the option that can change it. */
+static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, const PetscReal tau[], char text[MPM_TEXT_LEN / 4])
+{
+  const PetscBool fluid              = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal modulus            = fluid ? m->K : m->lambda + 2 * m->mu;
+  PetscReal       angle = 90, most   = 0;
+  char            name[3 * MPM_NAME_LEN];
+
+  text[0] = 0;
+  (void)snprintf(name, sizeof name, "-material_%s_friction_angle", m->name);
+  (void)PetscOptionsGetReal(NULL, NULL, name, &angle, NULL);
+  for (int d = 0; d < 3; d++) most = PetscMax(most, PetscAbsReal(tau[MPMSymIndex(d, d)]));
+  if (!(most <= PETSC_MAX_REAL)) return;
+  if (scene->initial->stress && tau[0] + tau[3] + tau[5] > 0)
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; compression is negative");
+  else if (angle < RADIANS)
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; %s %g is in degrees, as radians it would be %.3g", name, (double)angle,
+                   (double)(angle * 180 / PETSC_PI));
+  else if (!beyond && most > 0.1 * modulus)
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; -material_%s_%s is too small for such a stress, both are in Pa", m->name,
+                   fluid ? "K" : MPMListHas(m->type->parameters, "E") ? "E" : "c0");
+  else if (beyond && !scene->initial->stress)
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; choose -material_%s_k0", m->name);
+}
+
 PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
                                MPMMaterialStart *s, char wrong[MPM_TEXT_LEN])
 {
@@ -231,7 +258,7 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   const PetscInt     dim    = core->grid.dim;
   PetscReal          tau[6] = {0}, value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, weight;
   const char        *why;
-  char               at[128], has[256], can[256] = "";
+  char               at[128], has[256], can[256] = "", hint[MPM_TEXT_LEN / 4];
 
   PetscFunctionBeginUser;
   wrong[0] = 0;
@@ -255,14 +282,14 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   MPMPlaceWords(dim, X, at);
   Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
   Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
+  Hint(scene, m, why[0] == 'b' ? PETSC_TRUE : PETSC_FALSE, tau, hint);
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else
     (void)snprintf(wrong, MPM_TEXT_LEN,
-                   "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s%s%s%s", b->name,
+                   "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s%s", b->name,
                    m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "", why[0] == 'b' ? can : "",
-                   why[0] == 'b' ? " Pa" : "", why[0] == 'b' && !in->stress ? "; choose -material_" : "",
-                   why[0] == 'b' && !in->stress ? m->name : "", why[0] == 'b' && !in->stress ? "_k0" : "");
+                   why[0] == 'b' ? " Pa" : "", hint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

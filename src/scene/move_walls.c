@@ -4,8 +4,7 @@
 
 #define FORESEEN 1000 /* parts of the time of a run in which the motion of pistons is looked at before it */
 
-/* Sets v [3], m/s, to the velocity of face k at time t, s, which is a formula. A piston has a component along its axis
-   alone. */
+/* Sets v [3], m/s, to the velocity of face k at time t, s, which is a formula, or of a single one along its normal. */
 static PetscErrorCode Evaluate(const MPMScene *scene, PetscInt dim, PetscInt k, PetscReal t, PetscReal v[])
 {
   static const PetscReal nowhere[3] = {0};
@@ -13,7 +12,7 @@ static PetscErrorCode Evaluate(const MPMScene *scene, PetscInt dim, PetscInt k, 
   PetscFunctionBeginUser;
   v[0] = v[1] = v[2] = 0;
   PetscCall(MPMExpressionEvaluate(scene->wall_velocity[k], dim, nowhere, NULL, t, v));
-  if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston && k / 2) {
+  if (scene->wall_along[k] && k / 2) {
     v[k / 2] = v[0];
     v[0]     = 0;
   }
@@ -31,6 +30,18 @@ static PetscErrorCode IsFinite(const MPMScene *scene, PetscInt dim, PetscInt k, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether a text is a single number or formula: it has no comma outside of parentheses. */
+static PetscBool IsSingle(const char text[])
+{
+  PetscInt depth = 0;
+
+  for (const char *c = text; *c; c++) {
+    depth += (*c == '(') - (*c == ')');
+    if (*c == ',' && !depth) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
 /* Reads the velocity of face k: numbers, or a formula of t, which is kept for the steps. A fault is left in o. */
 PetscErrorCode MPMSceneReadWallVelocity(MPMScene *scene, const MPMCore *core, PetscInt k, MPMOptions o)
 {
@@ -41,7 +52,8 @@ PetscErrorCode MPMSceneReadWallVelocity(MPMScene *scene, const MPMCore *core, Pe
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "bc_<f>_velocity", MPMFaceNames[k], text, NULL));
-  PetscCall(MPMOptionsExpression(o, "bc_<f>_velocity", MPMFaceNames[k], "t", face->type == MPM_WALL_piston ? 1 : dim,
+  scene->wall_along[k] = face->type == MPM_WALL_piston || IsSingle(text) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(MPMOptionsExpression(o, "bc_<f>_velocity", MPMFaceNames[k], "t", scene->wall_along[k] ? 1 : dim,
                                  &scene->wall_velocity[k]));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(IsFinite(scene, dim, k, 0, &finite));

@@ -24,6 +24,7 @@ typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
+  PetscBool     removed;                /* it has left at a restart (-remove) */
   PetscBool     alone;                  /* a shape that cuts others, of material none, or rigid; it has no particles */
   PetscInt      copy;                   /* of the grid's nodes that its particles use */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
@@ -90,6 +91,7 @@ typedef struct {
   PetscInt      nkinds;
   MPMWalls      walls;
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
+  PetscBool     wall_along[6];    /* the velocity of a face is one number or formula, along its normal */
   MPMLoad      *loads;
   PetscInt      nloads, nvolume;     /* of these loads, those on volumes */
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
@@ -201,8 +203,8 @@ PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, Pets
 /* --- Body forces and loads (forces.c); not collective, but for MPMForcesUpdate: on exchange.data ------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal B[],
-                                PetscReal P[], PetscBool *any);
+PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, PetscInt p, PetscReal t, PetscReal S[],
+                                PetscReal B[], PetscReal P[], PetscBool *any);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
 PetscErrorCode MPMForcesAdd(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,

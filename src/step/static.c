@@ -2,48 +2,33 @@
    forces on a node, is 0. The residual is made by the two transfers of an explicit step, on the state of the particles as
    the step began; nothing else of the state changes before the step has converged. */
 #include "parallel/exchange.h"
-#include "physics/wall.h"
 #include "step/static.h"
 #include "step/step.h"
 
 /* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
 #define WORST    1e100 /* the residual of such a state, N */
 
-/* Sets which components walls hold, and where at the end of a step of dt: a wall holds what it gives the same velocity
-   whatever the node has. */
-static void Hold(struct MPMStatic *s, const PetscReal was[], PetscReal dt)
-{
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-
-  for (PetscInt q = 0; q < s->n; q++) {
-    PetscInt  ijk[3];
-    PetscReal v[2][3] = {{1, 1, 1}, {2, 2, 2}};
-
-    MPMStaticWhere(s, q, ijk);
-    for (int k = 0; k < 2; k++) (void)MPMWallsApply(core->params.walls->given, grid, ijk, dt, v[k]);
-    for (PetscInt d = 0; d < grid->dim; d++) {
-      s->held[q * grid->dim + d]  = v[0][d] == v[1][d] ? PETSC_TRUE : PETSC_FALSE;
-      s->known[q * grid->dim + d] = was[q * grid->dim + d] + dt * v[0][d];
-    }
-  }
-}
-
-/* Sets the displacements of the nodes to those of a vector, and their velocities to 0. */
+/* Sets the displacements of the nodes to those of a vector, and their velocities to those after a step to these; or, if it is where
+   they were as the step began, to those of then. Without inertia these are 0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
 {
   const PetscInt     dim = s->core->grid.dim;
-  const PetscScalar *u;
+  const PetscScalar *u, *was, *v = NULL;
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayRead(from, &u));
+  PetscCall(VecGetArrayRead(s->was, &was));
+  if (s->M) PetscCall(VecGetArrayRead(s->v, &v));
   for (PetscInt q = 0; q < s->n; q++)
     for (PetscInt d = 0; d < dim; d++) {
-      PetscReal *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
+      const PetscInt k     = q * dim + d;
+      PetscReal     *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
 
-      state[d]       = u[q * dim + d];
-      state[dim + d] = 0;
+      state[d]       = u[k];
+      state[dim + d] = !s->M ? 0 : from == s->was ? v[k] : MPMStaticVelocity(s, k, u[k] - was[k], v[k]);
     }
+  if (s->M) PetscCall(VecRestoreArrayRead(s->v, &v));
+  PetscCall(VecRestoreArrayRead(s->was, &was));
   PetscCall(VecRestoreArrayRead(from, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -74,7 +59,7 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
   MPMCore        *core = s->core;
   const PetscInt  dim  = core->grid.dim;
   PetscScalar    *to;
-  PetscReal       sum = 0;
+  PetscReal       sum[2] = {0, 0}; /* squares, of the residual with the walls, and of forces alone where there is inertia */
 
   PetscFunctionBeginUser;
   if (core->needs.forced) PetscCall(MPMForcesUpdate(s->scene, core, core->t + core->params.dt));
@@ -84,6 +69,7 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
     PetscCall(MatMult(s->ghosts, s->work, r));
   } else
     PetscCall(VecSet(r, 0));
+  PetscCall(MPMStaticInertia(s, u, r));
   PetscCall(MPMExchangeOpenNodes(core));
   PetscCall(VecGetArray(r, &to));
   for (PetscInt q = 0; q < s->n; q++) {
@@ -91,17 +77,18 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
 
     for (PetscInt d = 0; d < dim; d++) {
       const PetscInt  k     = q * dim + d;
-      const PetscReal force = n->f[d] + s->share * n->m * core->params.gravity[d] - to[k];
+      const PetscReal given = n->f[d] + s->share * n->m * core->params.gravity[d], force = given - to[k];
 
-      n->p[d] = s->held[k] ? -force : 0;
+      n->p[d] = s->held[k] ? -force / (1 + s->held_over) : 0; /* the mean over a step of Newmark */
       to[k]   = s->held[k] ? 0 : -force;
-      sum += force * force;
+      sum[0] += force * force;
+      if (s->M) sum[1] += given * given;
     }
   }
   PetscCall(VecRestoreArray(r, &to));
   PetscCall(MPMExchangeCloseNodes(core));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, core->exchange.data));
-  *all = PetscSqrtReal(sum);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, core->exchange.data));
+  *all = PetscSqrtReal(PetscMax(sum[0], sum[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -171,6 +158,7 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   KSPConvergedReason  linear;
   PetscInt            it;
   char                why[MPM_NAME_LEN];
+  const char         *what = s->M ? "no solution of the step" : "no equilibrium";
 
   PetscFunctionBeginUser;
   PetscCall(SNESGetIterationNumber(s->snes, &it));
@@ -183,18 +171,18 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
                                                         : SNESConvergedReasons[reason]);
   if (reason == SNES_CONVERGED_ITERATING)
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
+                   "%s was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
                    "from it, and -dt_strain allows %g",
-                   (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
+                   what, (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
   else if (reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad)
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
-                   (double)(core->t + core->params.dt), it);
+                   "%s was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
+                   what, (double)(core->t + core->params.dt), it);
   else
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found at t=%g s: after %" PetscInt_FMT
+                   "%s was found at t=%g s: after %" PetscInt_FMT
                    " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
-                   (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
+                   what, (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
   MPMStatusReset(&core->status);
   PetscCall(ToNodes(s, s->was));
   PetscCall(MPMParticlesPutBack(&core->particles));
@@ -227,12 +215,6 @@ static PetscErrorCode AddGravity(struct MPMStatic *s, PetscReal share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the share of gravity that acts at time t. */
-static PetscReal Share(const struct MPMStatic *s, PetscReal t)
-{
-  return s->ramp > 0 ? PetscMin(1, t / s->ramp) : 1;
-}
-
 /* Reads the displacements of the nodes into a vector. */
 static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
 {
@@ -251,18 +233,16 @@ static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
 /* Begins the solve of a step: what walls hold, and a first guess. */
 static PetscErrorCode Begin(struct MPMStatic *s)
 {
-  MPMCore           *core = s->core;
-  const PetscScalar *was;
+  MPMCore *core = s->core;
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMTotalKeep(core));
   PetscCall(FromNodes(s, s->was));
-  PetscCall(VecGetArrayRead(s->was, &was));
-  Hold(s, was, core->params.dt);
-  PetscCall(VecRestoreArrayRead(s->was, &was));
+  PetscCall(MPMStaticHold(s));
   PetscCall(VecCopy(s->was, s->u));
-  s->share = Share(s, core->t + core->params.dt);
+  s->share = MPMStaticShare(s, core->t + core->params.dt);
   s->scale = 0;
+  PetscCall(MPMStaticInertiaBegin(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,6 +257,7 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   KSP            ksp;
 
   PetscFunctionBeginUser;
+  if (s->M) PetscFunctionReturn(PETSC_SUCCESS); /* inertia does that */
   PetscCall(VecGetArray(s->u, &u));
   for (PetscInt k = 0; k < n; k++)
     if (s->held[k] && u[k] != s->known[k]) moves = PETSC_TRUE;
@@ -347,7 +328,8 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   }
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
+  PetscCall(MPMStaticPush(s, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
-  PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
+  PetscCall(AddGravity(s, MPMStaticShare(s, core->t + 0.5 * core->params.dt)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

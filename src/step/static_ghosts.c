@@ -48,7 +48,7 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   for (PetscInt p = 0; p < view.n; p++) {
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
-      const PetscScalar part = t.w[i] * MPMKindOf(core->params.kinds, &view, p)->V0;
+      const PetscScalar part = t.w[i] * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1);
       const PetscInt    at   = t.number[i] < 0 ? -1 : t.number[i] * dim;
 
       PetscCall(VecSetValues(volume, 1, &at, &part, ADD_VALUES));
@@ -77,6 +77,17 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   for (PetscInt d = 0; d < dim; d++) PetscCall(PetscFree(inside[d]));
   PetscCall(VecDestroy(&volume));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the length around the axis of a run of nodes from ijk [3] on along axis d, at its middle, m; 1 in planes and 3-D. */
+static PetscReal Around(const struct MPMStatic *s, const PetscInt ijk[], PetscInt d)
+{
+  const MPMGrid *grid = &s->core->grid;
+  PetscReal      at[3];
+
+  MPMGridNodeAt(grid, ijk, at);
+  if (d == 0) at[0] += 0.5 * (PetscReal)MPMStaticOrder(s) * grid->h[0];
+  return grid->round ? 2 * PETSC_PI * PetscMax(at[0], 0.5 * grid->h[0]) : 1;
 }
 
 /* Adds the stabilisation of the run of nodes from ijk [3] on along axis d, if all have mass and one is weak. */
@@ -121,7 +132,7 @@ PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
 
     MPMStaticWhere(s, q, ijk);
     for (PetscInt d = 0; d < grid->dim; d++)
-      PetscCall(AddRun(s, ijk, d, s->ghost * E * h / PetscSqr(grid->h[d]), weak));
+      PetscCall(AddRun(s, ijk, d, s->ghost * E * h / PetscSqr(grid->h[d]) * Around(s, ijk, d), weak));
   }
   PetscCall(PetscFree(weak));
   PetscCall(MatAssemblyBegin(s->ghosts, MAT_FINAL_ASSEMBLY));

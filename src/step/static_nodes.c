@@ -1,6 +1,7 @@
 /* static_nodes.c - the unknowns of a static step: which nodes have some, their numbers, also of those beside this process, and
    matrices of them. In the total frame weights and unknowns do not change. */
 #include "kernels/cell.h"
+#include "kernels/round.h"
 #include "parallel/exchange.h"
 #include "step/static.h"
 
@@ -28,6 +29,7 @@ void MPMStaticStencil(const struct MPMStatic *s, const MPMView *view, PetscInt p
     MPMBasisWeights(core->basis, xi[d], l[d], t->base[d], grid->cells[d], grid->wall_basis[d], w[d], g[d]);
   }
   t->n = 0;
+  t->r = PetscMax(view->X[p * dim], MPM_ROUND_LEAST * grid->h[0]);
   for (PetscInt k = 0; k < n[2]; k++)
     for (PetscInt j = 0; j < n[1]; j++)
       for (PetscInt i = 0; i < n[0]; i++, t->n++) {
@@ -173,7 +175,7 @@ static PetscErrorCode SetRigidMotions(struct MPMStatic *s)
   MatNullSpace   rigid;
 
   PetscFunctionBeginUser;
-  if (grid->dim == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (grid->dim == 1 || grid->round) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(s->u, &where));
   PetscCall(VecSetBlockSize(where, grid->dim));
   PetscCall(VecGetArray(where, &x));

@@ -10,6 +10,7 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
 {
   struct MPMStatic *s;
   PetscBool         set;
+  char              time[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -17,6 +18,15 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
   s->core        = core;
   s->scene       = scene;
   s->ramp        = end;
+  PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsReal(o, "method_gamma", NULL, &s->gamma, &set));
+  s->beta = s->gamma / 2;
+  if (strcmp(time, "newmark") && set && !MPMOptionsOverridden("method_gamma", "method_time"))
+    MPMOptionsFail(o, "-method_gamma does not apply: it is of -method_time newmark");
+  if (!strcmp(time, "euler")) s->beta = 1, s->gamma = 0;
+  s->inertia = (PetscBool)(strcmp(time, "static") != 0);
+  if (s->inertia) s->ramp = 0;
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
   PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
@@ -53,6 +63,10 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(VecDestroy(&s->r));
   PetscCall(VecDestroy(&s->was));
   PetscCall(VecDestroy(&s->work));
+  PetscCall(VecDestroy(&s->v));
+  PetscCall(VecDestroy(&s->past));
+  PetscCall(MatDestroy(&s->M));
+  for (int side = 0; side < 2; side++) PetscCall(VecDestroy(&s->bound[side]));
   PetscCall(DMDestroy(&s->numbers));
   PetscCall(PetscFree(s->node));
   PetscCall(PetscFree(s->at));
@@ -76,7 +90,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
   direct = core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
-  PetscCall(SNESSetType(s->snes, SNESNEWTONLS));
+  PetscCall(SNESSetType(s->snes, s->bound[0] ? SNESVINEWTONRSLS : SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
   PetscCall(SNESSetJacobian(s->snes, s->K, s->K, MPMStaticJacobian, s));
   PetscCall(SNESSetTolerances(s->snes, 0, 1e-8, 0, ITERATIONS, 100000));
@@ -101,7 +115,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscInt          unknowns;
 
   PetscFunctionBeginUser;
-  s->symmetric = PETSC_TRUE;
+  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
   for (PetscInt k = 0; k < core->params.nmaterials; k++) {
     const MPMMaterial *m = &core->params.materials[k];
 
@@ -113,6 +127,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
     if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
   s->least = ROUNDING * stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
+  if (core->grid.round) s->least *= 2 * PETSC_PI * core->grid.upper[0];
   PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
   PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
   PetscCall(OrderSums(core, PETSC_TRUE));
@@ -120,6 +135,8 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscCall(VecGetSize(s->u, &unknowns));
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
+  if (s->inertia) PetscCall(MPMStaticMass(s));
+  for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,8 +196,8 @@ PetscErrorCode MPMStaticReport(const MPMCore *core)
   PetscFunctionBeginUser;
   if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&core->print,
-                     "static     %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no equilibrium, with %" PetscInt_FMT
+                     "%-10s %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no %s, with %" PetscInt_FMT
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
-                     s->solves, s->failed, s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
+                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -153,6 +153,7 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (MPMDampingIsOn(core) && !MPMStatusIsBad(&core->status)) PetscCall(MPMDampingEnd(core));
+  if (core->rest.on && !MPMStatusIsBad(&core->status)) PetscCall(MPMRestStep(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -128,6 +128,15 @@ PetscErrorCode MPMDampingBegin(MPMCore *);
 PetscErrorCode MPMDampingEnd(MPMCore *);
 PetscBool      MPMDampingIsOn(const MPMCore *);
 
+/* Whether the bodies are at rest (rest.c): read the options; compare the forces on the nodes after the phases of a step, whose
+   sums and motion they still have; and note, with the kinetic energy over the strain energy of the present state, since when
+   they are at rest. MPMRestHold returns how long they have to be, s. The second is collective on the exchange, the others
+   are not. */
+PetscErrorCode MPMRestSetFromOptions(MPMCore *, MPMOptions);
+PetscErrorCode MPMRestStep(MPMCore *);
+void           MPMRestNote(MPMCore *, PetscReal share);
+PetscReal      MPMRestHold(const MPMCore *);
+
 /* What determines the length of steps. None of the functions is collective: core->status is the same on all
    processes. */
 typedef struct {

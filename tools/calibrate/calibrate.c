@@ -93,6 +93,16 @@ static PetscErrorCode CheckSizes(MPM scene, const ShortRuns alone[LEVELS], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static char negative[MPM_TEXT_LEN]; /* the constants whose differences are negative, of this process */
+
+PetscReal Difference(const char name[], PetscReal x)
+{
+  const size_t at = strlen(negative);
+
+  if (x < 0) (void)snprintf(negative + at, sizeof negative - at, "%s%s", at ? ", " : "", name);
+  return PetscMax(0, x);
+}
+
 /* Prints what the constants predict for the scene itself, and how far they can be trusted. Collective. */
 static PetscErrorCode View(MPM scene, PetscMPIInt size, PetscMPIInt rank, const Measured *all)
 {
@@ -109,6 +119,11 @@ static PetscErrorCode View(MPM scene, PetscMPIInt size, PetscMPIInt rank, const 
                        "note       the same run took up to %.1f times as long as at its fastest, which counts: other "
                        "work was running here, and runs beside it take longer than predicted\n",
                        (double)varied));
+  if (negative[0])
+    PetscCall(MPMPrint(&scene->core.print,
+                       "note       %s: the difference of two times is negative, so 0 is taken; calibrate again on a quiet "
+                       "machine\n",
+                       negative));
   if (size == 1)
     PetscCall(MPMPrint(&scene->core.print,
                        "note       messages and the pool were not measured: start on 2 processes or "
@@ -148,7 +163,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
      model does not explain, over the number of exchanges. */
   if (size > 1) PetscCall(TimeTogether(scene, &all.together));
   if (all.together.exchanges > 0)
-    m->exchange = PetscMax(0, all.together.step - all.together.predicted) / all.together.exchanges;
+    m->exchange = Difference("exchange", all.together.step - all.together.predicted) / all.together.exchanges;
   PetscCall(MPMLimits(scene->core.comm, &m->flop, &m->byte));
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",

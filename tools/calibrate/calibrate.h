@@ -80,4 +80,7 @@ typedef struct {
 PetscErrorCode TimePool(MPM scene, PetscInt cells, MasterTimes *);
 void           FitPool(const MasterTimes *, const MasterTimes *, MPMModel *);
 
+/* Returns a constant that is a difference of times, or 0 if other work made it negative, which is then said at the end. */
+PetscReal Difference(const char name[], PetscReal);
+
 #endif

@@ -99,8 +99,8 @@ PetscErrorCode TimeMessages(MPI_Comm comm, MessageTimes *least)
 void FitMessages(PetscMPIInt size, const MessageTimes *least, MPMModel *m)
 {
   m->message   = least->one;
-  m->wire      = PetscMax(0, (least->longer - least->one) / LONG_MESSAGE);
-  m->post      = PetscMax(0, (least->burst[1] - least->burst[0]) / (BURST - 1));
+  m->wire      = Difference("wire", (least->longer - least->one) / LONG_MESSAGE);
+  m->post      = Difference("post", (least->burst[1] - least->burst[0]) / (BURST - 1));
   m->reduction = least->reduction / PetscCeilReal(PetscLog2Real((PetscReal)size));
 }
 

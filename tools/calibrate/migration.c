@@ -85,8 +85,8 @@ void FitMigration(PetscMPIInt size, const MigrationTimes *a, const MigrationTime
     MPMMigration   *g        = &m->migration[way];
     const PetscReal messages = MPMModelMigrationMessages(m, way == DIRECT, a->axes, (PetscReal)size);
 
-    g->particle = PetscMax(0, (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
-    g->leaver   = PetscMax(0, b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
-    g->call     = PetscMax(0, a->migration[way] - a->particles * g->particle - messages);
+    g->particle = Difference("migration.particle", (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
+    g->leaver   = Difference("migration.leaver", b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
+    g->call     = Difference("migration.call", a->migration[way] - a->particles * g->particle - messages);
   }
 }

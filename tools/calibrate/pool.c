@@ -30,6 +30,6 @@ void FitPool(const MasterTimes *a, const MasterTimes *b, MPMModel *m)
   const PetscReal det = a->jobs * b->bytes - b->jobs * a->bytes;
 
   if (det == 0) return;
-  m->job  = PetscMax(0, (a->busy * b->bytes - b->busy * a->bytes) / det);
-  m->pool = PetscMax(0, (a->jobs * b->busy - b->jobs * a->busy) / det);
+  m->job  = Difference("job", (a->busy * b->bytes - b->busy * a->bytes) / det);
+  m->pool = Difference("pool", (a->jobs * b->busy - b->jobs * a->busy) / det);
 }

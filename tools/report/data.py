@@ -1,15 +1,23 @@
-"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the
-model."""
+"""Reads what the report is made of, the CSV files of docs/data, and brings all evidence into rows of one form."""
 
 import csv
-import glob
+import functools
 import os
+import sys
+from dataclasses import replace  # noqa: F401 (for others)
+
+from short_model import Short
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+from scenes import SCENES  # noqa: E402 (after the path)
 
-
-class Missing(Exception):
-    """Data that a table needs are missing; the message says which, and how to get them."""
+FOLDER = [os.path.join(ROOT, "docs", "data")]  # the test `report` puts falsified data in its place
+PROCESSES = 1, 2, 4, 8, 16, 32
+WAYS = DIRECT, SWARM, POOL = "spatial, direct", "spatial, DMSwarmMigrate", "pool"
+CLASSES = "critical path", "closed form", "injected simulation", "emulated simulation"
+BOXES = "box2d", "box3d"
+WEAK = 16384  # particles a process of the boxes
 
 
 def value(text):
@@ -20,79 +28,101 @@ def value(text):
         return text
 
 
-def rows(path):
+@functools.cache
+def read(path):
     with open(path, newline="") as f:
-        return [{k: value(v) for k, v in row.items()} for row in csv.DictReader(f)]
+        return tuple({k: value(v) for k, v in row.items()} for row in csv.DictReader(f))
 
 
-def evidence(text):
-    """The class of a number, in the words of the report."""
-    text = str(text).lower().replace("_", " ")
-    for word, name in (
-        ("measure", "measured"),
-        ("wall", "measured"),
-        ("path", "critical path"),
-        ("simul", "simulated"),
-        ("inject", "simulated"),
-        ("closed", "closed form"),
-        ("model", "closed form"),
-        ("predict", "closed form"),
-    ):
-        if word in text:
-            return name
-    raise ValueError(f"class {text!r} of a number is none of measured, critical path, simulated, closed form")
+def rows(name):
+    return read(os.path.join(FOLDER[0], name))
 
 
-class Data:
-    def __init__(self, folder):
-        self.folder, self.known = folder, {}
+def way(row):
+    """Of a row of runs.csv or of a simulation."""
+    if row["strategy"] == "serial" or row.get("ranks") == 1:
+        return "one process"
+    return POOL if row["strategy"] == "pool" else SWARM if row["migrate"] == "swarm" else DIRECT
 
-    def files(self, pattern):
-        return sorted(glob.glob(os.path.join(self.folder, pattern)))
 
-    def read(self, path):
-        """The rows of a file, which is read once."""
-        if path not in self.known:
-            self.known[path] = rows(path)
-        return self.known[path]
+def constants(scene):
+    """{constant: value} of a scene."""
+    found = {r["constant"]: r["value"] for r in rows("constants.csv") if r["scene"] == scene}
+    return found or sys.exit(f"docs/data/constants.csv has no constants of {scene}")
 
-    def need(self, pattern, how):
-        found = self.files(pattern)
-        if not found:
-            raise Missing(f"`docs/data/{pattern}` is missing: {how} writes it")
-        return found
 
-    def file(self, name):
-        """The rows of one file."""
-        return self.read(self.need(name, "`make scaling` or `make simulate`")[0])
+@functools.cache
+def short_of(folder, scene):
+    c = constants(scene)
+    return Short(c["dimensions"], *(c[name] for name in "CLBRM"))
 
-    def scaling_file(self, name):
-        return self.file(f"scaling/{name}.csv")
 
-    def scaling(self):
-        """Runs on 1 to 32 real processes."""
-        out = []
-        for path in self.need("scaling/*.csv", "`make scaling`"):
-            for row in self.read(path):
-                if "study" in row and row.get("class", "oversubscribed") != "oversubscribed" and row.get("processes"):
-                    row["class"] = evidence(row["class"])
-                    out.append(row)
-        if not out:
-            raise Missing("`docs/data/scaling/*.csv` has no runs: `make scaling` writes them")
-        return out
+def short(scene):
+    return short_of(FOLDER[0], scene)
 
-    def simulated(self, name):
-        return self.read(self.need(f"simulated/{name}.csv", "`make simulate`")[0])
 
-    def costs(self):
-        out = {}
-        for row in self.simulated("costs"):
-            out.setdefault(row["scene"], {})[row["name"]] = 1e-9 * row["ns"]
-        return out
+def runs(study, kind):
+    """Rows of real runs: `measured`, `critical path`, or `closed form`, which is computed here for the imbalance that the
+    program counted. (runs.csv calls what the program printed by a calibration of that day a closed form: it is not used.)"""
+    out = []
+    for r in rows("scaling/runs.csv"):
+        if r["study"] != study or r["class"] != ("measured" if kind == "measured" else "critical path") or r["efficiency"] == "":
+            continue
+        r = {**r, "class": kind, "way": way(r), "seconds": r["seconds_per_step"]}
+        if kind == "closed form":
+            if r["way"] == SWARM:
+                continue
+            s, p, n = short(r["scene"]), r["processes"], r["particles"]
+            r["seconds"] = s.C * n / s.pool(p) if r["way"] == POOL else s.step(n, p, r["imbalance"])
+            r["efficiency"] = s.C * n / r["seconds"] / p
+        out.append(r)
+    return out
 
-    def validation(self):
-        """Rows with `predicted` and `measured` s a step."""
-        return [{**r, "measured": r["seconds_per_step"]} for r in self.scaling_file("validation")]
 
-    def model(self, name):
-        return self.need(f"models/{name}.model", "`make report REPORT=calibrate`")[0]
+def simulations(study, kind):
+    """Rows of simulated runs, strong, weak, strong-large or weak-large; kind: `injected simulation` or `emulated simulation`."""
+    return [{**r, "class": kind, "study": study, "way": way(r), "processes": r["ranks"], "seconds": r["seconds_per_step"]}
+            for r in rows(f"simulated/{study}.csv") if f"{r['mode']} simulation" == kind]  # fmt: skip
+
+
+def evidence(study, kind):
+    """The rows of a study in a class, with scene, way, processes, particles, seconds of a step, efficiency, imbalance."""
+    return [r for r in simulations(study, kind) if r["platform"] == "cluster"] if kind.endswith("simulation") else runs(study, kind)
+
+
+def efficiency(scene, study, kind, how=DIRECT):
+    """{processes: efficiency}"""
+    return {r["processes"]: r["efficiency"] for r in evidence(study, kind) if (r["scene"], r["way"]) == (scene, how)}
+
+
+def modelled(scene, study, how, column="efficiency"):
+    """{processes: a number of model.csv}; how: `spatial direct`, `spatial swarm` or `pool`."""
+    return {r["processes"]: r[column] for r in rows("model.csv") if (r["scene"], r["study"], r["way"]) == (scene, study, how)}
+
+
+def kept(scene, level):
+    """{processes: least particles a process} of cubes that keep an efficiency, by the full model."""
+    some = [r for r in rows("model.csv") if (r["scene"], r["study"], r["efficiency"]) == (scene, "least", level)]
+    return {r["processes"]: r["particles"] for r in some}
+
+
+def pairs(kind):
+    """For each run on two processes of which wall time and this class are known: way, particles a process, and measured
+    efficiency over that of the class, and measured time over that of the class."""
+    if kind.endswith("simulation"):
+        some, mode = rows("simulated/validate.csv"), kind.split()[0]
+        one = {(r["scene"], r["particles"]): r for r in some if r["ranks"] == 1}
+        for r in (r for r in some if r["ranks"] == 2):
+            alone = one[r["scene"], r["particles"]]
+            e = alone["real"] / r["real"] / (alone[mode] / r[mode])
+            yield {"way": way(r), "share": r["particles"] / 2, "efficiency": e, "time": r["real"] / r[mode]}
+        return
+    for study in ("strong", "weak"):
+        known = {(r["scene"], r["way"]): r for r in runs(study, "measured") if r["processes"] == 2}
+        for r in (r for r in runs(study, kind) if r["processes"] == 2):
+            m = known[r["scene"], r["way"]]
+            yield {"way": r["way"], "share": r["particles"] / 2, "efficiency": m["efficiency"] / r["efficiency"], "time": m["seconds"] / r["seconds"]}
+
+
+def title(scene):
+    return SCENES[scene].title

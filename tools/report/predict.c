@@ -6,8 +6,7 @@
    First come facts of the method, a line each, the last is `ready`. Then it reads a request a line and answers with a
    line; a number that a request lacks is 0:
 
-     share = particles nodes ghosts neighbours processes axes crossing row waits (MPMShare), and ghosts received: of the
-             sums that come from other processes; negative: as many as are sent
+     share = particles nodes ghosts neighbours processes axes crossing row waits (MPMShare)
 
      step <share>                                s of a step
      parts <share>                               s of each part of a step: name=s ...
@@ -15,7 +14,7 @@
                                                  the s for which its master is busy
      edge <particles> <nodes> <processes>        e for which that is shortest
      dealt <particles> <nodes> <e>               bytes of each phase of the pool, and jobs, in a step: name=number ...
-     cube <n> <per cell> <processes> <moved>     the share of one of so many full cubes of n particles
+     cube <n> <per cell> <processes> <moved>     s of a step on one of so many full cubes of n particles
      least <per cell> <processes> <moved> <q>    n for which such cubes have the efficiency q; 0: none
 
    Without an answer: `direct <0|1>` chooses the way of migration, `clear` makes all constants 0, and lines of a model
@@ -23,7 +22,7 @@
 #include "kernels/tile_index.h"
 #include "run/mpm.h"
 
-#define NUMBERS 10 /* of a request, at most */
+#define NUMBERS 9 /* of a request, at most */
 
 static void PrintFacts(const MPM mpm)
 {
@@ -35,50 +34,16 @@ static void PrintFacts(const MPM mpm)
   printf("dim %" PetscInt_FMT "\n", core->grid.dim);
   printf("stencil %" PetscInt_FMT "\n", (PetscInt)MPMBasisNodes(core->basis)); /* nodes on an axis */
   printf("tile %" PetscInt_FMT "\n", MPMTileEdge(core->basis));
-  printf("travels %" PetscInt_FMT "\n",
-         MPMParticlesBytes(&core->particles, MPM_SWARM)); /* B of a particle that migrates */
-  for (PetscInt k = 0; k < core->nprogram; k++) {
-    const MPMPhase *phase = core->program[k];
-
-    printf("phase %s %s %s %zu\n", phase->name,
-           phase->kind == MPM_NODES                ? "nodes"
-           : phase->kind == MPM_PARTICLES_TO_NODES ? "to_nodes"
-                                                   : "to_particles",
-           phase->kind == MPM_PARTICLES_TO_NODES && phase->parts & MPM_P2G_FORCE ? "forces" : "-",
-           MPMParticlesRowBytes(&core->particles, phase->particles_in) +
-               MPMParticlesRowBytes(&core->particles, phase->particles_out)); /* of a particle, to a worker and back */
-  }
+  printf("travels %" PetscInt_FMT "\n", MPMParticlesBytes(&core->particles, MPM_SWARM)); /* B of one that migrates */
+  for (PetscInt k = 0; k < core->nprogram; k++)
+    printf("phase %s %s\n", core->program[k]->name, core->program[k]->kind == MPM_NODES ? "nodes" : "particles");
   printf("ready\n");
 }
 
 static MPMShare Share(const double v[])
 {
-  return (MPMShare){.particles  = v[0],
-                    .nodes      = v[1],
-                    .ghosts     = v[2],
-                    .neighbours = v[3],
-                    .processes  = v[4],
-                    .axes       = v[5],
-                    .crossing   = v[6],
-                    .row        = v[7],
-                    .waits      = v[8]};
-}
-
-/* Does the timer sum particles to nodes? */
-static PetscBool Sums(const MPMCore *core, PetscInt e)
-{
-  for (PetscInt k = 0; k < core->nprogram; k++)
-    if (core->program[k]->timer == e && core->program[k]->kind == MPM_PARTICLES_TO_NODES) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* Seconds of a part of a step. The sums that are sent and those that come are packed and unpacked alike. */
-static PetscReal Part(const MPMModel *m, const MPMCore *core, PetscInt e, const double v[])
-{
-  MPMShare s = Share(v);
-
-  if (v[9] >= 0 && Sums(core, e)) s.ghosts = (v[2] + v[9]) / 2;
-  return MPMModelTimer(m, core, e, &s);
+  return (MPMShare){.particles = v[0], .nodes = v[1], .ghosts = v[2], .neighbours = v[3], .processes = v[4],
+                    .axes = v[5], .crossing = v[6], .row = v[7], .waits = v[8]};
 }
 
 static void AnswerMaster(const MPMModel *m, const MPMCore *core, const double v[])
@@ -105,13 +70,6 @@ static void AnswerDealt(const MPMCore *core, const double v[])
   printf("jobs=%.17g\n", (double)all);
 }
 
-static void AnswerShare(MPMShare s)
-{
-  printf("%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", (double)s.particles, (double)s.nodes,
-         (double)s.ghosts, (double)s.neighbours, (double)s.processes, (double)s.axes, (double)s.crossing, (double)s.row,
-         (double)s.waits);
-}
-
 /* Answers one line; PETSC_FALSE: it is no request. */
 static PetscBool Answer(MPM mpm, const char line[])
 {
@@ -128,13 +86,14 @@ static PetscBool Answer(MPM mpm, const char line[])
   else if (!strcmp(word, "direct"))
     mpm->core.exchange.direct = v[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
   else if (!strcmp(word, "step")) {
-    PetscReal t = 0;
+    const MPMShare s = Share(v);
 
-    for (PetscInt e = 0; e < core->timers.n; e++) t += Part(m, core, e, v);
-    printf("%.17g\n", (double)t);
+    printf("%.17g\n", (double)MPMModelStep(m, core, &s));
   } else if (!strcmp(word, "parts")) {
+    const MPMShare s = Share(v);
+
     for (PetscInt e = 0; e < core->timers.n; e++)
-      printf("%s=%.17g ", core->timers.name[e], (double)Part(m, core, e, v));
+      printf("%s=%.17g ", core->timers.name[e], (double)MPMModelTimer(m, core, e, &s));
     printf("\n");
   } else if (!strcmp(word, "master"))
     AnswerMaster(m, core, v);
@@ -144,9 +103,11 @@ static PetscBool Answer(MPM mpm, const char line[])
     printf("%" PetscInt_FMT "\n", MPMModelPoolEdge(m, core, &s));
   } else if (!strcmp(word, "dealt"))
     AnswerDealt(core, v);
-  else if (!strcmp(word, "cube"))
-    AnswerShare(MPMModelCube(core, v[0], v[1], v[2], v[3]));
-  else if (!strcmp(word, "least"))
+  else if (!strcmp(word, "cube")) {
+    const MPMShare s = MPMModelCube(core, v[0], v[1], v[2], v[3]);
+
+    printf("%.17g\n", (double)MPMModelStep(m, core, &s));
+  } else if (!strcmp(word, "least"))
     printf("%.17g\n", (double)MPMModelLeast(m, core, v[0], v[1], v[2], v[3]));
   else
     return MPMModelReadLine(&core->timers, line, m, &ignored);

@@ -170,17 +170,20 @@ def platform_file(name):
     return (WORK if name in TRANSPORTS else HERE) / f"{name}.xml"
 
 
+def run_calibrator(args, path, file, transport="shared"):
+    """Calibrates a scene on two processes into a file."""
+    command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.calibrator, "-options_file", path, "-model_file", file, "-output_dir", WORK]
+    done = launch.run(command, launch.environment(2, os.cpu_count()), capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
+
+
 def measure(args, transport):
     """Makes the platform of two processes of this machine from what a calibration finds there: the time of a short message, the
     part of it for which the processors at its ends are busy, and the time of a byte. The least of several calibrations counts."""
     file, found = WORK / f"{transport}.model", []
-    path = write_scene("box2d", SCENES["box2d"].small, 40)
     for _ in range(args.calibrations // 5 + 1):
-        command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.calibrator, "-options_file", path]
-        command += ["-model_file", file, "-output_dir", WORK]
-        done = launch.run(command, launch.environment(2, os.cpu_count()), capture_output=True, text=True)
-        if done.returncode:
-            raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
+        run_calibrator(args, write_scene("box2d", SCENES["box2d"].small, 40), file, transport)
         found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
     found = [f for f in found if f["wire"] > 0]  # the other calibrations were disturbed
     if not found:
@@ -225,7 +228,7 @@ def true_digest(args_pebble, path):
 # ---- Costs
 def migration(name):
     """The costs of migration, ns: of a particle that changes process; of a call of DMSwarmMigrate, without its collectives, and in it
-    of a particle that is there. They are from the report's calibration in as many dimensions, by real runs on two processes."""
+    of a particle that is there. They are from calibrations of the filled boxes in as many dimensions, by real runs on two processes."""
     box = "box3d" if name.endswith("3d") else "box2d"
     text = (ROOT / f"docs/data/models/{box}.model").read_text()
     known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
@@ -295,6 +298,8 @@ def costs_of(name, alone):
 def calibrate(args):
     """Measures costs.csv anew, or the costs of some scenes."""
     rows = [row for row in read_rows(COSTS) if not wanted(args.scenes, row["scene"])]
+    for box in ("box2d", "box3d"):
+        run_calibrator(args, write_scene(box, SCENES[box].strong, 40), ROOT / f"docs/data/models/{box}.model")
     for name, scene in SCENES.items():
         if not wanted(args.scenes, name):
             continue
@@ -402,7 +407,8 @@ def table(args, path, plan, costs):
             continue
         same = r["digest"] == true_digest(args.pebble, write_scene(run.scene, run.size, run.steps))
         wrong += not same
-        row = {"scene": run.scene, "strategy": run.strategy, "migrate": run.migrate, "mode": run.mode,
+        cells = patch(args.pebble, write_scene(run.scene, run.size, run.steps)) if run.strategy == "pool" else ""
+        row = {"scene": run.scene, "strategy": run.strategy, "migrate": run.migrate, "pool_cells": cells, "mode": run.mode,
                "platform": run.platform, "ranks": run.ranks, "particles": r["particles"], "steps": r["steps"],
                "seconds_per_step": f"{r['seconds']:.9g}", "efficiency": "", "imbalance": f"{r['imbalance']:.3f}",
                "cut": r["cut"], "digest": r["digest"], "same_as_real": "yes" if same else "no"}

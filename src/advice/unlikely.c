@@ -1,0 +1,134 @@
+/* unlikely.c - notes values of a valid scene that are hardly meant, before the first step: the rows of plausible.def. Of each
+   material, body, load ... the first row that finds something is told. It changes no state. */
+#include "advice/unlikely.h"
+
+/* --- The table ---------------------------------------------------------------------------------------------------- */
+
+enum { OF_material, OF_body, OF_load, OF_face, OF_rigid, OF_probe, OF_run, NUM_OF };
+enum { SIDE_below, SIDE_above };
+
+static const struct {
+  MPMUnlikely *look;
+  int          of, side;
+  PetscReal    bound;
+  const char  *text;
+} rows[] = {
+#define MPM_UNLIKELY(name, of, side, bound, source, text) {MPMUnlikely_##name, OF_##of, SIDE_##side, bound, text},
+#include "advice/plausible.def"
+#undef MPM_UNLIKELY
+};
+#define NROWS (sizeof rows / sizeof rows[0])
+
+/* Writes a text with the words of what was found in the place of {option} ... */
+static void Fill(const char text[], const MPMOdd *odd, char line[MPM_TEXT_LEN])
+{
+  char ratio[MPM_WORDS];
+  const struct {
+    const char *name, *words;
+  } all[] = {{"{option}", odd->option}, {"{value}", odd->value}, {"{ratio}", ratio}, {"{other}", odd->other}, {"{meant}", odd->meant}};
+  const size_t nall = sizeof all / sizeof all[0];
+  size_t       n    = 0;
+
+  MPMUnlikelyWrite(ratio, odd->ratio);
+  line[0] = 0;
+  while (*text && n < MPM_TEXT_LEN - 1) {
+    size_t k = 0;
+
+    while (k < nall && strncmp(text, all[k].name, strlen(all[k].name))) k++;
+    if (k < nall) {
+      (void)snprintf(line + n, MPM_TEXT_LEN - n, "%s", all[k].words);
+      text += strlen(all[k].name);
+    } else
+      (void)snprintf(line + n, MPM_TEXT_LEN - n, "%c", *text++);
+    n += strlen(line + n);
+  }
+}
+
+/* Tells what is found of one material, body, load ... */
+static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
+{
+  PetscFunctionBeginUser;
+  for (size_t r = 0; r < NROWS; r++) {
+    MPMOdd odd;
+    char   line[MPM_TEXT_LEN];
+
+    if (rows[r].of != of) continue;
+    PetscCall(PetscMemzero(&odd, sizeof odd));
+    if (!rows[r].look(look, k, &odd)) continue;
+    if (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)) continue;
+    Fill(rows[r].text, &odd, line);
+    PetscCall(MPMNote(&look->core->print, "%s", line));
+    if (of != OF_run) break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds how far the particles of bodies reach with their boxes. Collective on exchange.data. */
+static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lower)[3], PetscReal (*upper)[3])
+{
+  const PetscInt dim = core->grid.dim, nb = scene->nbodies;
+  PetscMPIInt    count;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 3 * nb; k++) {
+    lower[k / 3][k % 3] = PETSC_MAX_REAL;
+    upper[k / 3][k % 3] = -PETSC_MAX_REAL;
+  }
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
+  for (PetscInt p = 0, b = 0; p < view.n; p++) {
+    b = MPMBodyOf(scene, view.id[p], b);
+    for (PetscInt d = 0; d < dim; d++) {
+      const PetscReal half = scene->bodies[b].points ? 0 : 0.5 * scene->bodies[b].b[d];
+
+      lower[b][d] = PetscMin(lower[b][d], view.x[p * dim + d] - half);
+      upper[b][d] = PetscMax(upper[b][d], view.x[p * dim + d] + half);
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(x) | MPM_BIT(id), &view));
+  PetscCall(PetscMPIIntCast(3 * nb, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, lower, count, MPIU_REAL, MPIU_MIN, core->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, upper, count, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in advice.h. */
+PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTime *time, const MPMMonitor *monitor,
+                               PetscReal seconds)
+{
+  const PetscReal *g    = core->params.gravity;
+  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = seconds};
+  PetscInt         n[NUM_OF];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(scene->nbodies, &look.lower, scene->nbodies, &look.upper));
+  PetscCall(Reach(core, scene, look.lower, look.upper));
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    look.g += g[d] * g[d];
+    if (PetscAbsReal(g[d]) > PetscAbsReal(g[look.down])) look.down = d;
+    look.lowest[d] = PETSC_MAX_REAL;
+    look.highest[d] = -PETSC_MAX_REAL;
+    for (PetscInt b = 0; b < scene->nbodies; b++) {
+      look.lowest[d] = PetscMin(look.lowest[d], look.lower[b][d]);
+      look.highest[d] = PetscMax(look.highest[d], look.upper[b][d]);
+    }
+  }
+  look.g     = PetscSqrtReal(look.g);
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    const MPMMaterial *m = &scene->materials[scene->bodies[b].material];
+
+    look.c = PetscMax(look.c, PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho));
+  }
+  n[OF_material] = scene->nmaterials;
+  n[OF_body]     = scene->nbodies;
+  n[OF_load]     = scene->nloads;
+  n[OF_face]     = 2 * core->grid.dim;
+  n[OF_rigid]    = scene->nshapes;
+  n[OF_probe]    = scene->nprobes;
+  n[OF_run]      = 1;
+  for (int of = 0; of < NUM_OF; of++)
+    for (PetscInt k = 0; k < n[of]; k++) PetscCall(Tell(&look, of, k));
+  PetscCall(PetscFree2(look.lower, look.upper));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,50 @@
+/* unlikely.h - what the functions of the rows of plausible.def get, and what they find. */
+#ifndef MPM_UNLIKELY_H
+#define MPM_UNLIKELY_H
+
+#include "advice/advice.h"
+
+/* A scene, as the rows look at it. */
+typedef struct {
+  const MPMCore    *core;
+  const MPMScene   *scene;
+  const MPMTime    *time;
+  const MPMMonitor *monitor;
+  PetscReal         seconds;     /* that the run is predicted to take */
+  PetscReal         g;           /* size of gravity, m/s^2 */
+  PetscBool         earth;       /* it is the earth's in m/s^2, so that units are SI */
+  PetscInt          down;        /* the axis along which gravity is largest */
+  PetscReal         c;           /* the fastest wave, m/s */
+  PetscReal (*lower)[3], (*upper)[3]; /* [nbodies] m: how far the boxes of their particles reach at the start */
+  PetscReal lowest[3], highest[3]; /* m, of all of them */
+} MPMLook;
+
+#define MPM_WORDS 160
+/* What is unlikely: the ratio, and the words of the note. */
+typedef struct {
+  PetscReal ratio;
+  char      option[MPM_WORDS], value[MPM_WORDS], other[MPM_WORDS], meant[MPM_WORDS];
+} MPMOdd;
+
+/* The functions of rows: each looks at material, body, load, face ... k, and returns false if the row is not of it. */
+typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
+#define MPM_UNLIKELY(name, of, side, bound, source, text) MPMUnlikely MPMUnlikely_##name;
+#include "advice/plausible.def"
+#undef MPM_UNLIKELY
+
+/* Sets odd->option to -<group>_<name><word>, name NULL: -<group><word>, and odd->value to what was given. Returns whether it
+   was. MPMUnlikelyNumber also reads it as one number; other texts are none. */
+PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *);
+PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *, PetscReal *number);
+
+/* Writes a number for a text, with three digits. */
+void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
+
+/* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the modulus
+   of a material for its fastest waves, and Young's, Pa; the size of a formula of t at the middle of a body, the largest from
+   the start to -time_end. */
+PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
+PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
+PetscReal MPMUnlikelySize(const MPMLook *, MPMExpression, PetscInt nc, const PetscReal x[]);
+
+#endif

@@ -1,0 +1,62 @@
+/* unlikely_words.c - what the functions of the rows of plausible.def share: options that were given, sizes of what is looked
+   at. */
+#include "advice/unlikely.h"
+
+#define TIMES 10 /* places in time at which a formula is looked at, besides the start */
+
+PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *odd)
+{
+  char      text[MPM_TEXT_LEN] = "";
+  PetscBool given;
+
+  (void)snprintf(odd->option, MPM_WORDS, "-%s%s%s%s", group, name ? "_" : "", name ? name : "", word);
+  if (PetscOptionsGetString(NULL, NULL, odd->option, text, sizeof text, &given) || !given) return PETSC_FALSE;
+  (void)snprintf(odd->value, MPM_WORDS, "%.*s", MPM_WORDS - 1, text);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *odd, PetscReal *number)
+{
+  char *end;
+
+  if (!MPMUnlikelyGiven(group, name, word, odd)) return PETSC_FALSE;
+  *number = strtod(odd->value, &end);
+  return end != odd->value && !*end ? PETSC_TRUE : PETSC_FALSE;
+}
+
+void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
+{
+  (void)snprintf(text, MPM_WORDS, "%.3g", (double)number);
+}
+
+PetscReal MPMUnlikelyExtent(const MPMLook *look, PetscInt m, PetscInt d)
+{
+  PetscReal most = 0;
+
+  for (PetscInt e = 0; e < look->core->grid.dim; e++)
+    for (PetscInt b = 0; b < look->scene->nbodies; b++)
+      if ((m < 0 || look->scene->bodies[b].material == m) && (d < 0 || d == e))
+        most = PetscMax(most, look->upper[b][e] - look->lower[b][e]);
+  return most;
+}
+
+PetscReal MPMUnlikelyModulus(const MPMMaterial *m, PetscBool young)
+{
+  if (m->type->traits & MPM_FLUID) return m->K;
+  return young ? m->mu * (3 * m->lambda + 2 * m->mu) / (m->lambda + m->mu) : m->lambda + 2 * m->mu;
+}
+
+PetscReal MPMUnlikelySize(const MPMLook *look, MPMExpression formula, PetscInt nc, const PetscReal x[])
+{
+  PetscReal most = 0;
+
+  for (PetscInt k = 0; k <= TIMES && formula; k++) {
+    PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0;
+
+    if (MPMExpressionEvaluate(formula, look->core->grid.dim, x, x, look->time->end * (PetscReal)k / TIMES, value))
+      return 0;
+    for (PetscInt c = 0; c < nc; c++) size2 += value[c] * value[c];
+    if (size2 < PETSC_MAX_REAL) most = PetscMax(most, size2);
+  }
+  return PetscSqrtReal(most);
+}

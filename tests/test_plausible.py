@@ -1,0 +1,139 @@
+"""Values that are hardly meant are noted (src/advice/plausible.def, doubtful.txt), and no sensible scene gets a note: those of
+options/, the starter problems of docs/trust.md, and those of the tutorial and the README.
+
+usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|sensible
+"""
+import glob
+import os
+import re
+import shlex
+import sys
+
+import check
+
+part, = check.arguments(__doc__, 1)
+
+
+def material(**values):
+    return {f"material_m_{key}": value for key, value in values.items()}
+
+
+def body(name, **values):
+    return {f"body_{name}_{key}": value for key, value in {"material": "m", **values}.items()}
+
+
+GROUND = {"dim": 2, "gravity": "0,-9.81", "grid_lower": "0,0", "grid_upper": "20,15", "grid_h": "1,1", "materials": "m", "bodies": "b",
+          "bc_ymin_type": "fixed", "bc_xmin_type": "slip", "bc_xmax_type": "slip", "time_end": 1,
+          **body("b", shape="box", lower="0,0", upper="20,10")}
+UNIT = {"dim": 2, "grid_lower": "0,0", "grid_upper": "1,1", "grid_h": "0.025,0.025", "materials": "m", "time_end": 0.2}
+RUBBER = material(model="neohookean", rho=1000, E=1e6, nu=0.3)
+SHOT = {**UNIT, "grid_upper": "0.02,0.04", "grid_h": "0.001,0.001", "bodies": "b", "bc_ymin_type": "separate", "bc_xmin_type": "slip",
+        "time_end": 5e-5, **body("b", shape="box", lower="0,0.001", upper="0.004,0.03", velocity="0,-200")}
+SCENES = {
+    "soil": {**GROUND, "initial_stress": "k0",
+             **material(model="druckerprager", rho=1800, E=2e7, nu=0.3, friction_angle=30, cohesion=1e4, fit="plane_strain")},
+    "clay": {**GROUND, **material(model="vonmises", rho=1800, E=2e7, nu=0.45, **{"yield": 6e5})},
+    "water": {**UNIT, "gravity": "0,-9.81", "bodies": "b", "bc_ymin_type": "slip", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
+              **body("b", shape="box", lower="0,0", upper="0.5,1"), **material(model="fluid", rho=1000, K=2e6)},
+    "metal": {**SHOT, **material(model="vonmises", rho=7850, E=2.1e11, nu=0.3, hardening=1e9, **{"yield": 2.5e8})},
+    "shock": {**SHOT, **material(model="johnsoncook", rho=8960, G=47.7e9, c0=3940, hugoniot_slope=1.49, gruneisen=1.96, hardening=2.92e8,
+                                 hardening_power=0.31, rate_factor=0.025, specific_heat=383, **{"yield": 9e7})},
+    "balls": {**UNIT, "bodies": "a,b", **RUBBER, **body("a", shape="sphere", center="0.25,0.5", radius=0.1, velocity="2,0"),
+              **body("b", shape="sphere", center="0.5,0.5", radius=0.1)},
+    "beam": {**UNIT, "grid_h": "0.02,0.02", "bodies": "b", **RUBBER, "bc_xmin_type": "fixed", "loads": "l", "load_l_body": "b",
+             "load_l_type": "traction", "load_l_face": "xmax", "load_l_value": "0,-100",
+             **body("b", shape="box", lower="0,0.4", upper="0.8,0.6")},
+    "tool": {**UNIT, "bodies": "b,r", **RUBBER, "bc_ymin_type": "slip", **body("b", shape="box", lower="0.2,0", upper="0.8,0.5"),
+             "body_r_shape": "sphere", "body_r_center": "0.5,0.8", "body_r_radius": 0.1, "body_r_rigid": "moving", "body_r_velocity": "0,-1",
+             "gravity": "0,-9.81"},
+}
+
+
+def dry(given, name):
+    words = [word for key, value in given.items() for word in ("-" + key, str(value))]
+    return check.pebble(*words, "-dry_run", "-output_dir", "out", "-output_name", name)
+
+
+def told(run):
+    """The notes and warnings of a run."""
+    return re.findall(r"^(?:note|warning) +(.*)", run.out, re.M)
+
+
+# ---- Values that are hardly meant
+
+def cases():
+    with open(os.path.join(check.source, "tests", "doubtful.txt"), encoding="utf-8") as file:
+        for line in file:
+            if line.strip() and not line.startswith("#"):
+                label, arguments, note = (text.strip() for text in re.split(r"\s::\s", line))
+                yield label, shlex.split(arguments), note
+
+
+def judge(case):
+    """What is wrong with a case, or None; and the notes."""
+    label, (scene, *words), note = case
+    given = {**SCENES[scene], **{key[1:]: value for key, value in zip(words[::2], words[1::2])}}
+    run = dry({key: value for key, value in given.items() if value != "none" or key == "initial_stress"}, "case")
+    found = told(run)
+    if not any(re.fullmatch(note[1:], line) if note[0] == "~" else line == note for line in found):
+        return f"{label}: exit status {run.status}, {found} {run.err[:300]}, not {note}", found
+    return None, found
+
+
+def doubtful():
+    found = check.at_once(judge, cases())
+    for wrong, _ in found:
+        check.fault(wrong)
+    lines = [line for _, notes in found for line in notes]
+    with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as file:
+        rows = re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', file.read(), re.M)
+    check.need(len(rows) > 40, f"plausible.def has {len(rows)} rows")
+    for name, text in rows:
+        pattern = ".*".join(map(re.escape, re.split(r"\{\w+\}", text)))
+        check.fault(None if any(re.fullmatch(pattern, line) for line in lines) else f"no case prints the row {name}")
+    two = check.pebble("-options_file", check.write("two.opts", [f"-{key} \"{value}\"" for key, value in {**SCENES["soil"], "material_m_cohesion": 9.81}.items()]),
+                       "-dry_run", n=2)
+    check.that(two.out.count("if kPa are meant, write 9.81e+03") == 1, "two processes note it once")
+
+
+# ---- Sensible scenes
+
+def scenes():
+    """Name and options of each."""
+    for name, given in SCENES.items():
+        yield name, [word for key, value in given.items() for word in ("-" + key, str(value))]
+    for path in sorted(glob.glob(os.path.join(check.source, "options", "*.opts"))):
+        yield os.path.basename(path), ["-options_file", path]
+    sys.path[:0] = [os.path.join(check.source, "tools", "trust")]
+    from starters import STARTERS
+    for name, starter in STARTERS.items():
+        yield name, shlex.split(starter.scene(starter.grids[0]), comments=True)
+    for page in ("README.md", "docs/tutorial.md"):
+        with open(os.path.join(check.source, page), encoding="utf-8") as file:
+            blocks = [block for block in re.findall(r"^```\n(.*?)^```$", file.read(), re.M | re.S) if "-dim " in block and "-time_end " in block]
+        check.need(blocks, f"{page} has scenes")
+        for k, block in enumerate(blocks):
+            yield f"{page} {k}", ["-options_file", check.write(f"page{k}{os.path.basename(page)}.opts", block)]
+
+
+with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as definition:
+    ROWS = [".*".join(map(re.escape, re.split(r"\{\w+\}", text))) for text in re.findall(r'^MPM_UNLIKELY\(.*"(.*)"\)$', definition.read(), re.M)]
+
+
+def silent(one):
+    name, words = one
+    run = check.pebble(*words, "-dry_run", "-output_dir", "out", "-output_name", "sensible", cwd=check.source if "-options_file" not in words else None)
+    notes = re.findall(r"^note +(.*)", run.out, re.M) + [line for line in told(run) if any(re.fullmatch(row, line) for row in ROWS)]
+    if run.status or not run.out or notes:
+        return f"{name}: exit status {run.status}, {notes} {run.err[:300]}"
+    return None
+
+
+if part == "doubtful":
+    doubtful()
+else:
+    found = check.at_once(silent, scenes())
+    for wrong in found:
+        check.fault(wrong)
+    check.that(len(found) > 80, f"{len(found)} sensible scenes get no note")
+check.end()
