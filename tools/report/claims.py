@@ -73,6 +73,7 @@ CLAIMS = {
         lambda: all(q["time"] < 1 for q in data.pairs("emulated simulation") if q["way"] != POOL),
     "None of the others is a bound: each was too fast in some runs and too slow in others.":
         lambda: all(min(ratios(kind)) < 1 < max(ratios(kind)) for kind in CLASSES if kind != "emulated simulation"),
+    "These are the scenes, the same for all classes of evidence": lambda: data.rows("scaling/scenes.csv") == data.rows("simulated/scenes.csv"),
     "With linear functions the error is larger on 64 cells than on 8":
         lambda: all(ladder(*key)[64] > ladder(*key)[8] for key in tables.LADDERS if key[1] == "linear"),
     "Quadratic splines with musl are best on 32 cells, with usl too.":
