@@ -22,7 +22,7 @@ NONE = {
     "nodes of the grid": "the same",
     "-output_name: cannot read": "the tests may run as root, who can read every folder",
     "max number of options": "a text of PETSc",
-    "more options than this PETSc takes": "the newer PETSc takes as many as there is memory for",
+    "options are given, and this PETSc takes": "the newer PETSc takes as many as there is memory for",
     "PETSc does not start": "PETSc gives a text with each error",
     "found at position ": "ends of muParser's messages, which are cut off",
     "at expression position": "the same",

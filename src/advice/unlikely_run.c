@@ -92,6 +92,23 @@ PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = RigidBody(look, k);
+  PetscReal      mu;
+
+  if (!b || b->rigid != MPM_RIGID_FREE || !MPMUnlikelyNumber("body", b->name, "_mu", odd, &mu)) return PETSC_FALSE;
+  odd->ratio = 0;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
+    const MPMFace *wall = &look->scene->walls.given[face / 2][face % 2];
+
+    if (wall->type != MPM_WALL_friction || !(PetscAbsReal(wall->mu - mu) > odd->ratio)) continue;
+    odd->ratio = PetscAbsReal(wall->mu - mu);
+    (void)snprintf(odd->other, sizeof odd->other, "-bc_%.8s_mu %g", MPMFaceNames[face], (double)wall->mu);
+  }
+  return PETSC_TRUE;
+}
+
 /* --- Probes ------------------------------------------------------------------------------------------------------- */
 
 PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)

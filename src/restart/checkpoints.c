@@ -103,6 +103,7 @@ void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
       {"time", MPM_VARIABLE_REAL, 1, &c->t, MPM_KEPT},
       {"particles", MPM_VARIABLE_INT64, 1, &c->total, MPM_KEPT},
       {"shapes", MPM_VARIABLE_INT64, 1, &c->shapes, MPM_KEPT},
+      {"kinds", MPM_VARIABLE_INT64, 1, &c->kinds, MPM_KEPT},
       {"snapshots", MPM_VARIABLE_INT, 1, &c->snapshots, MPM_KEPT},
       {"history_length", MPM_VARIABLE_INT64, 1, &c->history_length, MPM_KEPT},
       {"history_sum", MPM_VARIABLE_INT64, 1, &c->history_sum, MPM_KEPT},
@@ -123,6 +124,7 @@ static void SetHeader(MPMCheckpoint *c)
   c->t              = c->core->t;
   c->total          = c->core->particles.total;
   c->shapes         = c->scene->shapes;
+  c->kinds          = MPMRestartKinds(c->scene);
   c->snapshots      = c->output->count;
   c->history_length = c->monitor->length; /* of the first process, which writes */
   c->history_sum    = (PetscInt64)MPMMonitorSum(c->monitor, c->scene, c->monitor->length);
@@ -173,6 +175,7 @@ static PetscErrorCode Now(MPMCheckpoint *c)
   PetscInt       n, *numbers;
   PetscLogDouble t0, t1;
   PetscReal      bytes;
+  MPMTotals      totals;
   PetscMPIInt    rank;
   char           path[MPM_TEXT_LEN], before[MPM_TEXT_LEN], fault[MPM_TEXT_LEN];
 
@@ -185,6 +188,8 @@ static PetscErrorCode Now(MPMCheckpoint *c)
   c->last   = core->step;
   if (c->every > 0) c->next = MPMNextTime(core->t, c->every);
   PetscCall(PetscFree(numbers));
+  PetscCall(MPMTotalsCompute(c->scene, core, &totals));
+  core->changes.strain = totals.sum[MPM_SHOWS_strain_energy][0];
   SetHeader(c);
   MPMCheckpointHeader(c, &header);
   c->list(c->run, &kept);
@@ -277,6 +282,13 @@ PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *c)
     (void)snprintf(core->stop, sizeof core->stop, "%.1000s; %.900s", why, fault);
   } else
     (void)snprintf(core->stop, sizeof core->stop, "%s", why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMCheckpointAgain(MPMCheckpoint *c)
+{
+  PetscFunctionBeginUser;
+  if (!c->off) PetscCall(Now(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,90 +1,8 @@
 /* restart.c - a run that goes on from a checkpoint (-restart_file): which file, whether its options are those of this run,
    its particles and everything else. */
-#include <strings.h>
 #include "parallel/exchange.h"
 #include "restart/restart.h"
 #include "step/step.h"
-
-/* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
-   with what output the run goes on, but not what is simulated; and damping, since a scene may settle before it starts. */
-static const char *const may_differ[] = {
-    "time_",   "dt_",         "check_",         "output_dir",    "output_name", "output_every", "history_every",
-    "report_", "checkpoint_", "restart_",       "parallel_",     "pool_",       "model_",       "scene_title",
-    "dry_run", "rerun",       "output_replace", "output_format", "damping_"};
-
-static PetscBool MayDiffer(const char name[])
-{
-  for (size_t k = 0; k < sizeof may_differ / sizeof may_differ[0]; k++)
-    if (!strncasecmp(name, may_differ[k], strlen(may_differ[k]))) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* Returns whether two values say the same: the same numbers, or the same words. */
-static PetscBool SameValue(const char a[], const char b[])
-{
-  for (;;) {
-    char        *after_a, *after_b;
-    const double x = strtod(a, &after_a), y = strtod(b, &after_b);
-
-    if (after_a == a || after_b == b || x != y) return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
-    if (!*after_a && !*after_b) return PETSC_TRUE;
-    if (*after_a != ',' || *after_b != ',') return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
-    a = after_a + 1;
-    b = after_b + 1;
-  }
-}
-
-/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given: then its default counts, if
-   that is a value. */
-static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const char was[], const char is[])
-{
-  const MPMOptionRow *row  = MPMOptionsRow(o, name + 1);
-  char               *text = c->differ;
-  size_t              n    = strlen(text);
-
-  if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
-  if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
-  if (!MayDiffer(name + 1))
-    MPMOptionsFail(
-        o,
-        "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
-        "(options of time, dt, damping, intervals of output, checkpoints and processes may)",
-        c->from, name,
-        !was     ? "is not given"
-        : was[0] ? "is "
-                 : "is given",
-        was ? was : "",
-        !is     ? "is not given"
-        : is[0] ? "is "
-                : "is given",
-        is ? is : "");
-  else
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
-                   is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
-}
-
-/* Compares options. Damping is a column of the history by terms, which cannot come or go within a file. */
-static PetscErrorCode CompareOptions(MPMCheckpoint *c, MPMOptions o)
-{
-  char       *here;
-  const char *at;
-  PetscBool   damped = PETSC_FALSE;
-  char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsText(&here));
-  for (at = c->options; MPMOptionsNext(&at, name, value);)
-    Compare(c, o, name, value, MPMOptionsFindIn(here, name, other) ? other : NULL);
-  for (at = here; MPMOptionsNext(&at, name, value);)
-    if (!MPMOptionsFindIn(c->options, name, other)) Compare(c, o, name, NULL, value);
-  PetscCall(PetscFree(here));
-  for (at = c->options; MPMOptionsNext(&at, name, value);)
-    if (!strncasecmp(name, "-damping_", 9) && !SameValue(value, "false")) damped = PETSC_TRUE;
-  if (c->core->energy.on && damped != MPMDampingIsOn(c->core))
-    MPMOptionsFail(o, "-damping_*: with -history_energy damping cannot begin or end at a restart, since its term is a "
-                      "column of the history");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Sets the file to go on from: the one given, or the last whole one of this scene. Collective on core.comm. */
 static PetscErrorCode Choose(MPMCheckpoint *c, MPMOptions o, const char given[])
@@ -167,6 +85,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
+  if (!set) PetscCall(MPMLeaveSetFromOptions(c, PETSC_FALSE, o));
   if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
 #if !defined(PETSC_HAVE_HDF5)
@@ -179,7 +98,8 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   MPMCheckpointHeader(c, &header);
   PetscCall(MPMCheckpointRead(c->from, c->core->comm, &header, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
-  if (!MPMOptionsError(o)) PetscCall(CompareOptions(c, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMLeaveSetFromOptions(c, PETSC_TRUE, o));
   if (c->shapes != c->scene->shapes)
     MPMOptionsFail(
         o,
@@ -190,27 +110,6 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   if (!MPMOptionsError(o) && c->t > end * (1 + 1e-9))
     MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)end, c->from,
                    (double)c->t);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
-{
-  MPMParticles *particles = &c->core->particles;
-  char          has[MPM_TEXT_LEN], needs[MPM_TEXT_LEN] = "";
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMCheckpointFields(c->from, c->core->comm, has));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (particles->present[f] && MPMCheckpointHasField(f))
-      (void)snprintf(needs + strlen(needs), sizeof needs - strlen(needs), "%s%s", needs[0] ? " " : "",
-                     MPMFields[f].name);
-  if (strcmp(has, needs))
-    (void)snprintf(
-        c->core->stop, sizeof c->core->stop,
-        "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of "
-        "pebble "
-        "wrote it",
-        c->from, has, needs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,7 +140,7 @@ PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
   PetscCallMPI(MPI_Comm_size(h->comm, &size));
   Share(c, rank, size, &first, &n);
   for (int k = 0; k < 3; k++) {
-    if (!p->present[fields[k]]) continue;
+    if (!p->present[fields[k]] || c->missing >> fields[k] & 1) continue;
     PetscCall(PetscMalloc1(PetscMax(1, (size_t)n * (size_t)p->bytes[fields[k]]), (char **)&rows[k]));
     PetscCall(MPMCheckpointRows(c->from, p, fields[k], first, n, rows[k]));
   }
@@ -257,12 +156,14 @@ PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
 
 PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
 {
-  MPMParticles *p = &c->core->particles;
+  MPMParticles *p                    = &c->core->particles;
+  PetscReal    *kept[MPM_NUM_FIELDS] = {NULL};
   PetscMPIInt   rank, size;
   PetscInt64    first;
   PetscInt      n;
 
   PetscFunctionBeginUser;
+  if (c->missing) PetscCall(MPMRefillBegin(c, kept));
   PetscCallMPI(MPI_Comm_rank(c->core->exchange.data, &rank));
   PetscCallMPI(MPI_Comm_size(c->core->exchange.data, &size));
   Share(c, rank, size, &first, &n);
@@ -271,17 +172,41 @@ PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *rows;
 
-    if (!p->present[f] || !MPMCheckpointHasField(f)) continue;
+    if (!p->present[f] || !MPMCheckpointHasField(f) || c->missing >> f & 1) continue;
     PetscCall(MPMParticlesGetField(p, f, &rows));
     PetscCall(MPMCheckpointRows(c->from, p, f, first, n, rows));
     PetscCall(MPMParticlesRestoreField(p, f));
   }
+  if (c->missing) PetscCall(MPMRefillEnd(c, kept));
   PetscCall(MPMExchangeDistribute(c->core));
   if (c->core->grid.total) PetscCall(MPMCheckpointNodes(c->from, &c->core->grid, &c->core->exchange.patch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- All else ------------------------------------------------------------------------------------------------------- */
+
+/* Lets what the options changed act: the next step is as long as the present state allows; statics become a motion that
+   begins at rest. Collective on exchange.data. */
+static PetscErrorCode Change(MPMCheckpoint *c, const MPMStatus *bound)
+{
+  MPMCore *core = c->core;
+  MPMView  view;
+
+  PetscFunctionBeginUser;
+  core->status.v2 = bound->v2;
+  core->status.c2 = bound->c2;
+  if (c->was_static) {
+    PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(v), &view));
+    PetscCall(PetscArrayzero(view.v, view.n * core->grid.dim));
+    PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(v), &view));
+    MPMTotalScale(core, 0);
+    core->damping.rest = PETSC_TRUE; /* the next kick is half of a step */
+    core->status.v2    = 0;
+    PetscCall(MPMTotalsCompute(c->scene, core, &c->monitor->now));
+  }
+  MPMRestartBalance(c, &c->monitor->now);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
 {
@@ -290,6 +215,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   MPMMonitor     *mon   = c->monitor;
   const PetscReal every = c->every, history = mon->every, output = out->every; /* of the options of this run */
   const PetscInt  room = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+  const MPMStatus bound = core->status;
   MPMVariables    kept;
   char            fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];
 
@@ -323,6 +249,8 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   c->last    = core->step;
   if (!out->enabled) out->count = 0;
   PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
+  if (c->changed) PetscCall(Change(c, &bound));
+  PetscCall(MPMLeave(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -358,8 +286,12 @@ PetscErrorCode MPMRestartFiles(MPMCheckpoint *c)
                        (double)c->monitor->every, (double)c->history_was, (double)c->output->every,
                        (double)c->output_was));
   if (c->differ[0]) PetscCall(MPMPrint(&c->core->print, "restart    changed options: %s\n", c->differ));
+  if (c->left[0] > 0)
+    PetscCall(MPMPrint(&c->core->print, "restart    %.0f particles leave with their bodies, of %g kg\n",
+                       (double)c->left[0], (double)c->left[1]));
   if (c->scene->dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMMonitorResume(c->monitor, c->core, c->scene, c->own, (long)c->history_length));
   PetscCall(MPMOutputResume(c->output, c->core, c->scene));
+  if (c->monitor->joined) PetscCall(MPMCheckpointAgain(c)); /* earlier ones do not know this history */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

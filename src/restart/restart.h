@@ -28,13 +28,17 @@ typedef struct {
   PetscReal  t;                                  /* s */
   PetscInt64 history_length, history_sum, total; /* bytes of the history, and their checksum; particles */
   PetscInt64 shapes;                             /* checksum of the files that shapes and particles were read from */
+  PetscInt64 kinds;                              /* and of the particles' kinds and numbers (MPMRestartKinds) */
   char       totals[MPM_TEXT_LEN];
 
   /* Of a restart: its intervals of history and snapshots, s; whether the history in the folder is that of the checkpoint;
      the commit of the program that wrote it, and its options; the file; a damaged one that was passed over, and why;
-     options that differ. */
+     options that differ, whether any of them acts on the state, and whether statics become a motion; the fields of
+     particles that it does not have (bits). */
   PetscReal history_was, output_was;
-  PetscBool own;
+  PetscBool own, changed, was_static;
+  PetscInt  missing;
+  PetscReal left[2]; /* of bodies that leave at the restart: particles; mass, kg */
   char      git[MPM_NAME_LEN], *options;
   char      from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
 } MPMCheckpoint;
@@ -56,6 +60,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *, MPMOptions);
 PetscErrorCode MPMCheckpointNote(MPMCheckpoint *);
 PetscErrorCode MPMCheckpointStep(MPMCheckpoint *, PetscBool ends);
 PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *);
+PetscErrorCode MPMCheckpointAgain(MPMCheckpoint *); /* writes one before the first step of a restart */
 
 /* A restart (restart.c): choose the file and compare options, for a run to the time `end`, s; check that it has the
    fields of this run; where its particles are, for cutting the grid; make the particles; read all else; let the files of
@@ -67,6 +72,23 @@ PetscErrorCode MPMRestartHistogram(MPMCheckpoint *, MPMHistogram *);
 PetscErrorCode MPMRestartParticles(MPMCheckpoint *);
 PetscErrorCode MPMRestartState(MPMCheckpoint *, MPMWalls *);
 PetscErrorCode MPMRestartFiles(MPMCheckpoint *);
+
+/* What may differ from the checkpoint (changes.c): whether the options of a row of the vocabulary may; compare all options
+   with those of this run; the checksum of the particles' kinds and numbers; let the balance of energy and momentum
+   count what the change itself gives, for the present totals. Not collective. */
+PetscBool      MPMRestartMayChange(const char row[]);
+PetscErrorCode MPMRestartCompare(MPMCheckpoint *, MPMOptions);
+PetscInt64     MPMRestartKinds(const MPMScene *);
+void           MPMRestartBalance(MPMCheckpoint *, const MPMTotals *now);
+
+/* Bodies that leave (leave.c): read -remove; after all else of a restart, remove them, which is collective on the exchange. */
+PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *, PetscBool restarts, MPMOptions);
+PetscErrorCode MPMLeave(MPMCheckpoint *);
+
+/* Fields that a checkpoint does not have (refill.c): keep those of the particles as they start, which are made for this;
+   give them to the particles of the same ids that are here then. kept: [fields]. Collective on exchange.data. */
+PetscErrorCode MPMRefillBegin(MPMCheckpoint *, PetscReal *kept[]);
+PetscErrorCode MPMRefillEnd(MPMCheckpoint *, PetscReal *kept[]);
 
 /* Sets the options that the results of -rerun were made with, as far as they are not given. fault: what is wrong with
    the file, or "". Not collective: every process reads it. */

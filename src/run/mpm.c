@@ -119,6 +119,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   const PetscInt   shown = MPMDiagnosticReads(rows, core);
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(core->changes.gravity, core->params.gravity, 3));
   MPMWallsDerive(&scene->walls);
   MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;

@@ -23,7 +23,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own: %s of the file stand aside",
+    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   if (core->implicit)

@@ -369,7 +369,7 @@ PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *scene, PetscInt dim, Petsc
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && r; k++) {
     const MPMBody *b = &scene->bodies[k];
 
-    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
+    if (b->rigid == MPM_RIGID_MOVING && !r->gone) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
     if (b->rigid != MPM_RIGID_NONE) r++;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -389,6 +389,7 @@ PetscErrorCode MPMSceneCheckRigids(const MPMScene *scene, MPMCore *core, PetscRe
     const char *what = NULL;
     PetscReal   aside;
 
+    if (scene->bodies[k].removed) continue;
     if (scene->bodies[k].rigid == MPM_RIGID_MOVING) PetscCall(IsFinite(&scene->bodies[k], core->grid.dim, t, &what));
     if (what)
       (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name,
