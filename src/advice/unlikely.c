@@ -128,7 +128,8 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
   n[OF_probe]    = scene->nprobes;
   n[OF_run]      = 1;
   for (int of = 0; of < NUM_OF; of++)
-    for (PetscInt k = 0; k < n[of]; k++) PetscCall(Tell(&look, of, k));
+    for (PetscInt k = 0; k < n[of]; k++)
+      if (of != OF_body || !scene->bodies[k].removed) PetscCall(Tell(&look, of, k));
   PetscCall(PetscFree2(look.lower, look.upper));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,10 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   char            initial[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  if (core->stages.n)
+    PetscCall(MPMPrint(&core->print, "stage      %s, %" PetscInt_FMT " of %" PetscInt_FMT ": t from %g to %g s%s\n",
+                       scene->stages[core->stages.now - 1], core->stages.now, core->stages.n, (double)core->stages.began,
+                       (double)mpm->time.end, core->rest.limit > 0 ? ", or to rest" : ""));
   PetscCall(MPMReportScene(core, scene));
   PetscCall(MPMReportBodies(core, scene));
   MPMInitialTell(scene, initial);

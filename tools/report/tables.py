@@ -343,7 +343,7 @@ def numbers():
     out["machine_real"] = next(r["value"] for r in data.rows("scaling/machine.csv") if r["name"] == "program")
     short, whole = predicted()
     out |= {"short_runs": inside(short, *STEP), "short_span": span(short), "users_one": inside(whole[1], *STEP), "users_two": inside(whole[2], *STEP),
-            "users_span": span(1 / q for q in whole[1] + whole[2])}  # fmt: skip
+            "users_span": span(1 / q for q in whole[1] + whole[2]), "users_one_span": span(1 / q for q in whole[1]), "users_most": f"{1 / min(whole[2]):.2f}"}  # fmt: skip
     closed = {study: {s: data.efficiency(s, study, "closed form") for s in SCENES} for study in ("strong", "weak")}
     out["path_closed"] = span(e / by[s][p] for study, by in closed.items() for s in SCENES for p, e in data.efficiency(s, study, "critical path").items() if p >= 4)
     out |= {f"against_{name}": f"{inside(against(how), *GOAL)} ({span(against(how))})" for name, how in (("direct", DIRECT), ("swarm", SWARM), ("pool", POOL))}
@@ -352,5 +352,6 @@ def numbers():
     two = [one / q for one, *both in one_and_two().values() for q in both]
     out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(False).values(), "{:.1f}")}
     out["bench_when"] = next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10]
-    out["twin"] = span((q[0] for (what, _), q in gains().items() if "serial" in what), "{:.0f}")
+    for name, word, form in (("twin", "serial", "{:.0f}"), ("warp", "Warp", "{:.1f}")):
+        out[name] = span((q for (what, _), found in gains().items() if word in what for q in found), form)
     return out
