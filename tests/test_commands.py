@@ -57,6 +57,7 @@ VARIES = [
     (r"^(phase|  [A-Z_0-9]+|  (other|all|phase)|output|speed|memory)\b.* .*", None, "measured times and memory"),
     (r"^model .*", None, "whether there is a calibration"),
     (r"^note .*\b(cores|processes take turns)\b.*", None, "said on machines with few cores only"),
+    (r"^predict +after .*", None, "by measured times"),
     (r"^(predict +\d+ steps).*", r"\1", "the predicted time"),
     (r"^(done .*), in .*", r"\1", "the measured time"),
     (r"^(checkpoint .*), .* to write.*", r"\1", "the measured time"),

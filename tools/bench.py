@@ -11,6 +11,7 @@ particle and step, without start-up and without the compilation of kernels. The 
   peers    against steps in Taichi and Warp (tools/bench/), on one core; their energy must agree with pebble's
   updates  usf and musl against usl, at 1e5 particles
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
+  predicted  time of the scenes of options/ over what they say by their first steps (tools/bench/predicted.py)
   presets  the presets on scenes of options/ that they are for, on 1 and 2 processes
   bare     an instrument: a whole step over its arithmetic alone (tools/bench/bare.c), whose mass, momentum and energies must
            agree with pebble's
@@ -40,6 +41,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 sys.path.insert(0, FOLDER)
 from scene import HALF, Scene  # noqa: E402 (after the path)
 import launch  # noqa: E402
+import predicted  # noqa: E402
 import scenes  # noqa: E402
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
@@ -515,7 +517,7 @@ def record(args, results, groups, about):
 
 
 def main():
-    groups = {"seed": seed, "peers": peers, "updates": updates, "ranks": ranks, "presets": presets, "bare": bare}
+    groups = {"seed": seed, "peers": peers, "updates": updates, "ranks": ranks, "presets": presets, "bare": bare, "predicted": predicted.measure}
     more = {"large": large}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
@@ -564,7 +566,7 @@ def main():
     if results.problems or args.short:
         print("docs/data/bench is left as it is")
     else:
-        written.append(record(args, results, wanted, about))
+        written.append(record(args, results, [name for name in wanted if name != "predicted"], about))
     print("written:", *map(os.path.relpath, written))
     return bool(results.problems)
 
