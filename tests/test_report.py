@@ -73,13 +73,9 @@ def false(what, file, column, value, **row):
         out = csv.DictWriter(f, rows[0])
         out.writeheader()
         out.writerows(rows)
-    data.FOLDER[0] = folder
-    data.read.cache_clear()
-    data.short_of.cache_clear()
+    data.use(folder)
     faults = report.check()
-    data.FOLDER[0] = DATA
-    data.read.cache_clear()
-    data.short_of.cache_clear()
+    data.use(DATA)
     check.that(any(what in fault for fault in faults), f"{file} falsified, {len(faults)} faults are found, one of them of {what!r}")
 
 
@@ -109,11 +105,11 @@ for column, scene in (("efficiency", "box2d"), ("efficiency", "disks3d")):  # a 
 false("11.8", "bench/seed.csv", "min_ns", "440.7", program="seed_serial", particles=99856)
 
 try:
-    data.FOLDER[0] = check.folder("empty")
+    data.use(check.folder("empty"))
     check.that(not report.check(), "without data nothing can be checked")
 except OSError as missing:
     check.that(missing.filename.endswith(".csv"), f"missing data are named: {missing.filename}")
-data.FOLDER[0] = DATA
+data.use(DATA)
 
 # ---- Falsified text
 numbers = report.tables.numbers()

@@ -42,6 +42,7 @@ sys.path.insert(0, FOLDER)
 from scene import HALF, Scene  # noqa: E402 (after the path)
 import launch  # noqa: E402
 import predicted  # noqa: E402
+import scenes  # noqa: E402
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
 USUAL = {2: (3, 3), 3: (2, 2, 2)}  # particles a cell
@@ -466,34 +467,28 @@ def large(args, results):
 
 def install(args):
     """Returns the Python of build/bench-venv, which of the peers it has, and for the others the reason why not."""
-    venv = os.path.join(ROOT, "build", "bench-venv")
-    python, packages = os.path.join(venv, "bin", "python"), {"warp": "warp-lang", "taichi": "taichi"}
+    venv, packages = os.path.join(ROOT, "build", "bench-venv"), {"warp": "warp-lang", "taichi": "taichi"}
+    python = os.path.join(venv, "bin", "python")
     with open(os.path.join(ROOT, "tools", "requirements-bench.txt")) as f:
         pins = dict(line.strip().split("==") for line in f if "==" in line)
-    pip = [python, "-m", "pip", "--disable-pip-version-check"]
-    names, reasons = [], {}
+    pip, names, reasons = [python, "-m", "pip", "--disable-pip-version-check"], [], {}
     if args.no_peers:
         return python, names, dict.fromkeys(packages, "--no-peers")
-    if args.short and not os.path.exists(os.path.join(venv, "bin", "pip")):
-        return python, names, dict.fromkeys(packages, "not installed, and --short does not install it")
-    try:
-        if not os.path.exists(os.path.join(venv, "bin", "pip")):
-            command_output([sys.executable, "-m", "venv", "--clear", venv])
-        have = {package["name"].lower(): package["version"]
-                for package in json.loads(command_output([*pip, "list", "--format", "json"]))}
-    except (Failed, ValueError) as failure:
-        return python, names, dict.fromkeys(packages, f"no {venv}: {failure}")
     for name, package in packages.items():
-        wanted = [package, "numpy"]
         try:
-            if any(have.get(p) != pins[p] for p in wanted):
+            if not os.path.exists(os.path.join(venv, "bin", "pip")):
+                if args.short:
+                    raise Failed("not installed, and --short does not install it")
+                command_output([sys.executable, "-m", "venv", "--clear", venv])
+            have = {p["name"].lower(): p["version"] for p in json.loads(command_output([*pip, "list", "--format", "json"]))}
+            if any(have.get(p) != pins[p] for p in (package, "numpy")):
                 if args.short:
                     raise Failed("not installed, and --short does not install it")
                 print(f"  installing {package} {pins[package]} in build/bench-venv ...", flush=True)
-                command_output([*pip, "install", "-q", "--retries", "1", *(f"{p}=={pins[p]}" for p in wanted)])
+                command_output([*pip, "install", "-q", "--retries", "1", *(f"{p}=={pins[p]}" for p in (package, "numpy"))])
             names.append(name)
         except Failed as failure:
-            reasons[name] = f"cannot be installed: {str(failure)[:200]}"
+            reasons[name] = str(failure)[:200]
     return python, names, reasons
 
 
@@ -501,28 +496,14 @@ def install(args):
 
 def machine(args):
     """{what: words} about the machine and the programs of a measurement."""
-    def first(path, pattern, default="unknown"):
-        try:
-            with open(path) as f:
-                found = re.search(pattern, f.read(), re.M)
-                return found[1].strip() if found else default
-        except OSError:
-            return default
-
-    flags = first("/proc/cpuinfo", r"^flags\s*:(.*)$", "").split()
-    vectors = [name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2"), ("asimd", "NEON")) if flag in flags]
-    memory = int(first("/proc/meminfo", r"^MemTotal:\s*(\d+)", "0")) / 2**20
-    return {"machine": f"{first('/proc/cpuinfo', r'^model name[^:]*:(.*)$')} ({vectors[0] if vectors else 'no vectors'}), {os.cpu_count()} cores, {memory:.0f} GiB",
-            "system": f"{os.uname().sysname} {os.uname().release}",
-            "program": command_output([args.pebble, "-version"]).strip(),
-            "MPI": command_output([args.mpiexec, "--version"]).splitlines()[0],
-            "flags": f"{args.flags or 'unknown'}; of the bare kernels {args.flags_bare or 'unknown'}; seed_serial: {args.flags_seed or 'unknown'}",
-            "2 processes": launch.settings(2, args.cores)}
+    flags = f"{args.flags or 'unknown'}; of the bare kernels {args.flags_bare or 'unknown'}; seed_serial: {args.flags_seed or 'unknown'}"
+    return scenes.machine(args.pebble, args.mpiexec) | {"flags": flags, "2 processes": launch.settings(2, args.cores)}
 
 
 def record(args, results, groups, about):
     """Writes a file for each group, and the machine."""
     folder = os.path.join(args.docs, "data", "bench")
+    groups = [name for name in groups if any(row["group"] == name for row in results.series)]  # the peers may be left out
     for name in groups:
         results.write(os.path.join(folder, f"{name}.csv"), name)
     path, old = os.path.join(folder, "machine.csv"), []
@@ -564,11 +545,7 @@ def main():
     if unknown := set(wanted) - set(groups):
         p.error(f"{', '.join(sorted(unknown))}: choose of {', '.join(groups)}")
 
-    results, start, load = Results(args), datetime.datetime.now(), os.getloadavg()[0]
-    try:
-        about = machine(args)
-    except Failed as failure:
-        sys.exit(f"bench.py: {failure}")
+    results, start, load, about = Results(args), datetime.datetime.now(), os.getloadavg()[0], machine(args)
     print("\n".join(f"{name}: {words}" for name, words in about.items()))
     if load > 0.5:
         print(f"The load average is {load:.1f}: other work is running, the figures will be too large")

@@ -45,8 +45,8 @@ PetscErrorCode MPMDoubtsStart(MPMCore *, const MPMScene *, const MPMTime *, Pets
 PetscErrorCode MPMDoubtsWarn(const MPMCore *, const MPMScene *, const MPMMethod *, const MPMTime *,
                              const MPMForecast *);
 
-/* Notes values that are hardly meant (unlikely.c), of a run that is predicted to take so many seconds. Collective on exchange.data. */
-PetscErrorCode MPMUnlikelyNote(MPMCore *, const MPMScene *, const MPMTime *, const MPMMonitor *, PetscReal seconds);
+/* Notes values that are hardly meant (unlikely.c). Collective on exchange.data. */
+PetscErrorCode MPMUnlikelyNote(MPMCore *, const MPMScene *, const MPMTime *, const MPMMonitor *, const MPMForecast *);
 
 /* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (method_warnings.c).
    Collective on exchange.data. */

@@ -1,5 +1,6 @@
 /* unlikely_run.c - the rows of plausible.def of faces, rigid bodies, probes and the run. */
 #include <ctype.h>
+#include <strings.h>
 #include "advice/unlikely.h"
 
 /* --- Faces and rigid bodies --------------------------------------------------------------------------------------- */
@@ -92,6 +93,26 @@ PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_rigid_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b    = RigidBody(look, k);
+  const PetscReal x[3] = {0};
+  const PetscInt  dim  = look->core->grid.dim;
+  PetscReal       v[9] = {0}, lower[3], upper[3];
+
+  if (!b || b->rigid != MPM_RIGID_MOVING || b->spin || b->tied || !MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
+      strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value) || MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v))
+    return PETSC_FALSE;
+  MPMRegionBounds(&b->region, dim, lower, upper);
+  odd->ratio = 1;
+  for (PetscInt d = 0; d < dim; d++) { /* matter that lies beside it, not behind it, may be what it drags */
+    const PetscReal gap = v[d] > 0 ? lower[d] - look->highest[d] : v[d] < 0 ? look->lowest[d] - upper[d] : PETSC_MAX_REAL;
+
+    if (v[d] != 0 && !(gap > 0.1 * look->core->grid.h[d])) return PETSC_FALSE;
+  }
+  return v[0] != 0 || v[1] != 0 || v[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = RigidBody(look, k);
@@ -174,7 +195,7 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscReal part = look->g > 5000 ? look->g / 1000 : look->g / 100;
+  const PetscReal part = look->g > 5000 ? look->g / 1000 : look->g > 1 ? look->g / 100 : look->g * 1000;
 
   if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_most) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
@@ -184,6 +205,37 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
     (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
                    (double)(look->core->params.gravity[d] * part / look->g));
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_falls(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscReal g    = look->core->params.gravity[look->down];
+  const PetscInt  face = 2 * look->down + (g > 0);
+  PetscReal       gap;
+
+  if (k || !(look->g > 0) || look->core->rigids.n || look->scene->forced || look->scene->known) return PETSC_FALSE;
+  if (MPMUnlikelyGiven("particles_leave", NULL, "", odd) && !strcasecmp(odd->value, "delete")) return PETSC_FALSE;
+  for (PetscInt j = 0; j < 2 * grid->dim; j++)
+    if (look->scene->walls.given[j / 2][j % 2].type != MPM_WALL_free) return PETSC_FALSE; /* others are told of */
+  gap        = g > 0 ? grid->upper[look->down] - look->highest[look->down] : look->lowest[look->down] - grid->lower[look->down];
+  odd->ratio = 0.5 * PetscAbsReal(g) * look->time->end * look->time->end / PetscMax(gap, 1e-3 * grid->h[look->down]);
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (look->scene->bodies[b].v2 > 0) odd->ratio = 0;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_waves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  if (look->core->implicit || look->seconds > 86400) return PETSC_FALSE; /* which is told */
+  odd->ratio = look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1);
+  for (PetscInt m = 0; m < look->scene->nmaterials && !odd->other[0]; m++)
+    if (MPMUnlikelyModulus(&look->scene->materials[m], PETSC_FALSE) >= 0.99 * look->c * look->c * look->scene->materials[m].rho)
+      (void)snprintf(odd->other, MPM_WORDS, "of %s", look->scene->materials[m].name);
+  return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -310,6 +362,28 @@ PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal every;
+
+  (void)k;
+  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(every > 0) || !(look->dt > 0)) return PETSC_FALSE;
+  odd->ratio = every / look->dt;
+  MPMUnlikelyWrite(odd->other, look->dt);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_output_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal every;
+
+  (void)k;
+  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0)) return PETSC_FALSE;
+  odd->ratio = look->time->end / PetscMax(every, look->dt);
+  MPMUnlikelyWrite(odd->meant, look->time->end / 100);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -27,6 +27,8 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
            : open && open[1] == 'p' ? (const char(*)[MPM_NAME_LEN])o->probes
                                     : o->table->faces;
   if (!open) return 0;
+  if (open[1] == 's') *words = (const char(*)[MPM_NAME_LEN])o->stages;
+  if (open[1] == 's') return strchr(open + 1, '<') ? 0 : o->ns;
   if (open[1] == 'p') return o->np;
   if (open[1] == 'c') return o->nc;
   return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
@@ -54,7 +56,8 @@ static const MPMOptionRow *Find(MPMOptions o, const char given[])
 {
   for (size_t r = 0; r < o->table->n; r++)
     if (o->table->row[r].name && Matches(o, &o->table->row[r], given)) return &o->table->row[r];
-  return NULL;
+  given = MPMOptionsOfStage(o, given);
+  return given ? Find(o, given) : NULL;
 }
 
 /* --- The closest name --------------------------------------------------------------------------------------------- */
@@ -293,9 +296,12 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
-  const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given));
+  const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
+  nearest[0] = 0;
+  if (of) Nearest(o, of, nearest);
+  if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
       MPMOptionsDistance(given, nearest) > 1) {
@@ -415,7 +421,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   RefuseAmbiguous(o, 'p', o->np, o->probes);
   RefuseAmbiguous(o, 'c', o->nc, o->contacts);
   o->materials = o->bodies = o->loads = o->probes = o->contacts = NULL; /* the caller owns them */
-  o->nm = o->nb = o->nl = o->np = o->nc = 0;
+  o->nm = o->nb = o->nl = o->np = o->nc = o->ns = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -428,7 +434,7 @@ PetscErrorCode MPMOptionsFinish(MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++) {
-    PetscBool asked = IsPetscs(names[k]);
+    PetscBool asked = IsPetscs(names[k]) || !strncasecmp(names[k], "stage_", 6) ? PETSC_TRUE : PETSC_FALSE; /* run/stages.c */
 
     for (PetscInt a = 0; a < o->nasked; a++)
       if (!strcasecmp(o->asked[a], names[k])) asked = PETSC_TRUE;

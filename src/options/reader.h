@@ -9,12 +9,17 @@
 struct _MPMOptions {
   const MPMVocabulary *table;
   char                 error[MPM_TEXT_LEN];
-  PetscInt             dim, nm, nb, nl, np, nc; /* of the declarations; all but dim are 0 before these */
+  PetscInt             dim, nm, nb, nl, np, nc, ns; /* of the declarations; all but dim are 0 before these */
   char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN], (*probes)[MPM_NAME_LEN],
-      (*contacts)[MPM_NAME_LEN];
+      (*contacts)[MPM_NAME_LEN], (*stages)[MPM_NAME_LEN];
   PetscInt nasked, masked; /* full names that were asked for: number and capacity */
   char (*asked)[MPM_FULL_LEN];
 };
+
+/* Options of stages (stages.c): the option, in `given` itself, that it sets for a stage that is declared, or NULL; refuse one
+   that is none, for which `nearest` is the closest name, or "". The second returns whether it is of a stage. */
+const char *MPMOptionsOfStage(MPMOptions, const char given[]);
+PetscBool   MPMOptionsRefuseOfStage(MPMOptions, const char given[], const char nearest[]);
 
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN]);
 

@@ -219,6 +219,7 @@ struct _MPMCore {
   MPMDamping      damping;
   MPMRest         rest;
   MPMChanges      changes;
+  MPMStages       stages;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
   MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */

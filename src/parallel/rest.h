@@ -21,4 +21,10 @@ typedef struct {
   PetscReal energy, impulse[3], gravity[3], strain;
 } MPMChanges;
 
+/* Of a run in stages (-stages): the one that it is in, from 1 on, of n; when it began, s. 0 of them: it has none. */
+typedef struct {
+  PetscInt  now, n;
+  PetscReal began;
+} MPMStages;
+
 #endif

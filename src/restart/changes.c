@@ -5,7 +5,7 @@
 #include "restart/restart.h"
 #include "step/step.h"
 
-typedef enum { MPM_ACTS_NOT, MPM_ACTS, MPM_ACTS_NEVER } Acts;
+typedef enum { MPM_ACTS_NOT, MPM_ACTS_RUN, MPM_ACTS, MPM_ACTS_NEVER } Acts;
 static const struct {
   const char *option;
   Acts        acts;
@@ -22,9 +22,9 @@ static Acts ActsOf(const char row[])
   return MPM_ACTS_NEVER;
 }
 
-PetscBool MPMRestartMayChange(const char row[])
+const char *MPMRestartNotInStage(const char row[])
 {
-  return ActsOf(row) == MPM_ACTS_NEVER ? PETSC_FALSE : PETSC_TRUE;
+  return ActsOf(row) == MPM_ACTS_NEVER ? "" : ActsOf(row) == MPM_ACTS_RUN ? ", since all stages share it" : NULL;
 }
 
 /* Returns whether two values say the same: the same numbers, or the same words. */
@@ -72,18 +72,16 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
   if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
   why = Never(row->name, was ? was : row->fallback, is ? is : row->fallback);
   if (why)
-    MPMOptionsFail(o,
-                   "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change"
-                   "%s",
-                   c->from, name,
+    MPMOptionsFail(o, "%s%.500s%s%.100s %s%.200s %s and %s%.200s in this %s; it may not change%s",
+                   c->from[0] ? "-restart_file " : "", c->from, c->from[0] ? ": " : "", name,
                    !was     ? "is not given"
                    : was[0] ? "is "
                             : "is given",
-                   was ? was : "",
+                   was ? was : "", c->from[0] ? "in the checkpoint" : "before",
                    !is     ? "is not given"
                    : is[0] ? "is "
                            : "is given",
-                   is ? is : "", why);
+                   is ? is : "", c->from[0] ? "run" : "stage", why);
   else
     (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
                    is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
@@ -93,12 +91,14 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
 
 PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
 {
-  char       *here;
+  char       *here, *given;
   const char *at;
   char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsText(&here));
+  PetscCall(MPMOptionsText(&given));
+  PetscCall(MPMStagesOptions(given, c->core->stages.now, &here));
+  PetscCall(PetscFree(given));
   for (at = c->options; MPMOptionsNext(&at, name, value);)
     Compare(c, o, name, value, MPMOptionsFindIn(here, name, other) ? other : NULL);
   for (at = here; MPMOptionsNext(&at, name, value);)

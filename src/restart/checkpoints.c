@@ -102,6 +102,8 @@ void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
       {"step", MPM_VARIABLE_INT, 1, &c->step, MPM_KEPT},
       {"time", MPM_VARIABLE_REAL, 1, &c->t, MPM_KEPT},
       {"particles", MPM_VARIABLE_INT64, 1, &c->total, MPM_KEPT},
+      {"stage", MPM_VARIABLE_INT, 1, &c->stage, MPM_KEPT},
+      {"stage_began", MPM_VARIABLE_REAL, 1, &c->began, MPM_KEPT},
       {"shapes", MPM_VARIABLE_INT64, 1, &c->shapes, MPM_KEPT},
       {"kinds", MPM_VARIABLE_INT64, 1, &c->kinds, MPM_KEPT},
       {"snapshots", MPM_VARIABLE_INT, 1, &c->snapshots, MPM_KEPT},
@@ -123,6 +125,8 @@ static void SetHeader(MPMCheckpoint *c)
   c->step           = c->core->step;
   c->t              = c->core->t;
   c->total          = c->core->particles.total;
+  c->stage          = c->core->stages.now;
+  c->began          = c->core->stages.began;
   c->shapes         = c->scene->shapes;
   c->kinds          = MPMRestartKinds(c->scene);
   c->snapshots      = c->output->count;
@@ -303,7 +307,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "checkpoint_every", NULL, &c->every, &every));
   PetscCall(MPMOptionsReal(o, "checkpoint_wall", NULL, &c->wall, &wall));
   PetscCall(MPMOptionsInt(o, "checkpoint_keep", NULL, &c->keep, NULL));
-  c->wanted = (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
+  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
   c->next   = MPMNextTime(0, c->every);
   PetscCall(PetscTime(&c->written));
 #if !defined(PETSC_HAVE_HDF5)

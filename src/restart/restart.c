@@ -76,16 +76,30 @@ static PetscErrorCode FindHistory(MPMCheckpoint *c, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds whether the checkpoint is of this stage, or of the one before if this one follows it. */
+static void CheckStage(MPMCheckpoint *c, MPMOptions o)
+{
+  const MPMStages *s = &c->core->stages;
+
+  if (c->stage < 1 || c->stage > s->n)
+    MPMOptionsFail(o, "-restart_file %.500s is of no stage of this run; go on from it without -stages", c->from);
+  else if (c->stage != s->now - (c->follows ? 1 : 0))
+    c->other = PETSC_TRUE;
+  else if (!c->follows)
+    c->core->stages.began = c->began;
+}
+
 PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOptions o)
 {
-  char         given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
+  char         given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN], *text;
   MPMVariables header;
   PetscBool    set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
-  if (!set) PetscCall(MPMLeaveSetFromOptions(c, PETSC_FALSE, o));
+  if (c->options && !MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o)); /* with those of the stage before */
+  if (!set) PetscCall(MPMLeaveSetFromOptions(c, c->options ? PETSC_TRUE : PETSC_FALSE, o));
   if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
 #if !defined(PETSC_HAVE_HDF5)
@@ -94,10 +108,14 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Choose(c, o, given));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMCheckpointOptions(c->from, &c->options, c->git));
+  PetscCall(MPMCheckpointOptions(c->from, &text, c->git));
   MPMCheckpointHeader(c, &header);
   PetscCall(MPMCheckpointRead(c->from, c->core->comm, &header, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
+  if (c->core->stages.n) CheckStage(c, o);
+  PetscCall(MPMStagesOptions(text, c->stage, &c->options));
+  PetscCall(PetscFree(text));
+  if (MPMOptionsError(o) || c->other) PetscFunctionReturn(PETSC_SUCCESS);
   if (!MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o));
   if (!MPMOptionsError(o)) PetscCall(MPMLeaveSetFromOptions(c, PETSC_TRUE, o));
   if (c->shapes != c->scene->shapes)
@@ -249,6 +267,10 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   c->last    = core->step;
   if (!out->enabled) out->count = 0;
   PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
+  if (!(core->rest.limit > 0) || c->changed || c->stage != core->stages.now) {
+    core->rest.since   = -1;
+    core->rest.reached = PETSC_FALSE;
+  }
   if (c->changed) PetscCall(Change(c, &bound));
   PetscCall(MPMLeave(c));
   PetscFunctionReturn(PETSC_SUCCESS);

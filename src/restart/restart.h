@@ -37,6 +37,9 @@ typedef struct {
      particles that it does not have (bits). */
   PetscReal history_was, output_was;
   PetscBool own, changed, was_static;
+  PetscInt  stage; /* of a run in stages: the one that the file is of, and when it began, s */
+  PetscReal began;
+  PetscBool follows, other; /* the file is to be of the stage before; it is of another one than this run, and not read */
   PetscInt  missing;
   PetscReal left[2]; /* of bodies that leave at the restart: particles; mass, kg */
   char      git[MPM_NAME_LEN], *options;
@@ -73,13 +76,20 @@ PetscErrorCode MPMRestartParticles(MPMCheckpoint *);
 PetscErrorCode MPMRestartState(MPMCheckpoint *, MPMWalls *);
 PetscErrorCode MPMRestartFiles(MPMCheckpoint *);
 
-/* What may differ from the checkpoint (changes.c): whether the options of a row of the vocabulary may; compare all options
+/* What may differ from the checkpoint (changes.c): why the options of a row of the vocabulary may not in a
+   stage, or NULL; compare all options
    with those of this run; the checksum of the particles' kinds and numbers; let the balance of energy and momentum
    count what the change itself gives, for the present totals. Not collective. */
-PetscBool      MPMRestartMayChange(const char row[]);
+const char    *MPMRestartNotInStage(const char row[]);
 PetscErrorCode MPMRestartCompare(MPMCheckpoint *, MPMOptions);
 PetscInt64     MPMRestartKinds(const MPMScene *);
 void           MPMRestartBalance(MPMCheckpoint *, const MPMTotals *now);
+
+/* Stages of a run (stages.c): make of the text of all options that of a stage, 0: of none, which the caller frees; let the
+   options be these; read what belongs to stages (stages_read.c). Not collective. */
+PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **options);
+PetscErrorCode MPMStagesOverlay(const char text[], const char options[]);
+PetscErrorCode MPMStagesSetFromOptions(const MPMScene *, MPMOptions);
 
 /* Bodies that leave (leave.c): read -remove; after all else of a restart, remove them, which is collective on the exchange. */
 PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *, PetscBool restarts, MPMOptions);

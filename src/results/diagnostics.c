@@ -324,6 +324,7 @@ VALUE(linear_iterations, s->core->implicit->krylov)
 VALUE(steps_cut, s->core->implicit->failed)
 VALUE(force_unbalanced, s->core->implicit->residual)
 
+VALUE(stage, (PetscReal)s->core->stages.now)
 VALUE(unbalanced, s->core->rest.unbalanced)
 VALUE(kinetic_share, MPMShownKineticShare(s->now))
 
@@ -346,6 +347,8 @@ static PetscReal Value_particles(const MPMShown *s)
 #define AXIAL     MPM_SHOW_AXIAL
 #define ASKED     MPM_SHOW_ASKED
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
+#define REST      MPM_SHOW_REST
+#define STAGED    MPM_SHOW_STAGED
 #define SHOWN     MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -356,8 +359,8 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
   {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
-#define MPM_REST_QUANTITY(name)                                                                                        \
-  {#name, "", "1", "", MPM_SHOW_COLUMN | MPM_SHOW_REST, 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
+#define MPM_ASKED_QUANTITY(name, uses, whole)                                                                                        \
+  {#name, "", "1", "", MPM_SHOW_COLUMN | (uses), 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
@@ -365,7 +368,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -377,14 +380,14 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_REST_QUANTITY(name)
+#define MPM_ASKED_QUANTITY(name, uses, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
@@ -444,7 +447,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
                  (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
                  (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
-                 (uses & MPM_SHOW_REST && !core->rest.shown)
+                 (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

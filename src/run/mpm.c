@@ -59,8 +59,10 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   if (mpm->report.phases) mpm->report.no_phases = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_processes", NULL, &mpm->report.processes));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
+  PetscCall(MPMStagesSetFromOptions(scene, o));
   PetscCall(MPMCheckpointSetFromOptions(&mpm->checkpoint, o));
   PetscCall(MPMRestartSetFromOptions(&mpm->checkpoint, mpm->time.end, o));
+  if (mpm->checkpoint.other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFinish(o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -71,6 +73,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMReadOptions(mpm, o));
+  if (mpm->checkpoint.other) PetscFunctionReturn(PETSC_SUCCESS);
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o) && mpm->scene.meets) PetscCall(MPMPointsOverlap(&mpm->scene, &mpm->core, o));

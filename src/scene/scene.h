@@ -109,6 +109,8 @@ typedef struct {
 
   PetscInt nprobes; /* names of the probes; what they show is left to the output */
   char (*probes)[MPM_NAME_LEN];
+  PetscInt nstages; /* names of the stages */
+  char (*stages)[MPM_NAME_LEN];
   PetscInt ncontacts; /* names of the contacts */
   char (*contacts)[MPM_NAME_LEN];
 } MPMScene;

@@ -140,12 +140,6 @@ def table_example():
     return markdown(["P", "C n, µs", "L, µs", "B √n, µs", "R log2 P, µs", "T, µs", "S", "E", "S, full model", "S, pool", "pool, full model"], lines)
 
 
-def table_limits():
-    lines = [[title(name), digits(s.most(data.constants(name)["particles"])), *(digits(s.least(0.8, p)) for p in (32, 1024, 32768)), f"{s.bound():.2f}",
-              f"{1 + s.bound():.1f}"] for name, s in ((name, data.short(name)) for name in SCENES)]  # fmt: skip
-    return markdown(["scene", "P of the largest S", "n for E = 0.8 on 32", "on 1 024", "on 32 768", "the pool's bound", "its workers"], lines)
-
-
 # ---- Results
 def table_scenes():
     lines = []
@@ -330,6 +324,8 @@ def numbers():
     out |= {"plain": span(plain(), "{:.1f}"), "imbalance": f"{data.modelled('disks', 'balance', 'spatial direct', 'imbalance')[32]:.2f}"}
     least = {p: [data.short(s).least(e, p) / data.kept(s, e)[p] for s in BOXES for e in (0.8, 0.9)] for p in data.kept("box2d", 0.8)}
     out |= {"least_apart": span(sum(least.values(), []), "{:.1f}"), "least_far": span((q for p in least if p >= 1024 for q in least[p]))}
+    most = [data.short(s).most(data.constants(s)["particles"]) for s in SCENES]
+    out["fastest"] = f"{digits(min(most))} to {digits(max(most))}"
     out |= {f"million_{how}": span(cubes(s, how, 2**20) for s in BOXES) for how in ("direct", "swarm")}
     out |= {"apart_spatial": span(apart(DIRECT)), "apart_spatial_5": inside(apart(DIRECT), 0.95, 1.05), "apart_pool": span(apart(POOL))}
     out["bits"] = f"{len(digests())} scenes and sizes, {sum(n for n, _ in digests())} runs"
@@ -343,7 +339,7 @@ def numbers():
     out["machine_real"] = next(r["value"] for r in data.rows("scaling/machine.csv") if r["name"] == "program")
     short, whole = predicted()
     out |= {"short_runs": inside(short, *STEP), "short_span": span(short), "users_one": inside(whole[1], *STEP), "users_two": inside(whole[2], *STEP),
-            "users_span": span(1 / q for q in whole[1] + whole[2])}  # fmt: skip
+            "users_span": span(1 / q for q in whole[1] + whole[2]), "users_one_span": span(1 / q for q in whole[1]), "users_most": f"{1 / min(whole[2]):.2f}"}  # fmt: skip
     closed = {study: {s: data.efficiency(s, study, "closed form") for s in SCENES} for study in ("strong", "weak")}
     out["path_closed"] = span(e / by[s][p] for study, by in closed.items() for s in SCENES for p, e in data.efficiency(s, study, "critical path").items() if p >= 4)
     out |= {f"against_{name}": f"{inside(against(how), *GOAL)} ({span(against(how))})" for name, how in (("direct", DIRECT), ("swarm", SWARM), ("pool", POOL))}
@@ -352,5 +348,6 @@ def numbers():
     two = [one / q for one, *both in one_and_two().values() for q in both]
     out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(False).values(), "{:.1f}")}
     out["bench_when"] = next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10]
-    out["twin"] = span((q[0] for (what, _), q in gains().items() if "serial" in what), "{:.0f}")
+    for name, word, form in (("twin", "serial", "{:.0f}"), ("warp", "Warp", "{:.1f}")):
+        out[name] = span((q for (what, _), found in gains().items() if word in what for q in found), form)
     return out
