@@ -32,9 +32,11 @@ A scene is a PETSc options file, one `-name value` a line:
 * `#` starts a comment. A value with blanks stands in double quotes. Lists are joined with commas, without blanks, and have
   as many members as `-dim`.
 * `-prefix_push body_disk1_` puts that text before all names that follow, until `-prefix_pop`.
-* The command line overrides the file; of an option that stands there twice, the last value counts. A file may name another
-  with `-options_file` and override it; two lines of one file that give an option different values are refused. Files that
-  end in `.yaml` or `.yml` are read as YAML by PETSc.
+* The command line overrides files; of an option that stands there twice, and of two files there, the last value counts.
+  A file may name another with `-options_file`, whose lines count as if they stood in that place: lines below override
+  them. Its path starts at the folder where the program is started, unlike [others](shapes.md#polygons). Two
+  lines of one file that give an option different values are refused. Files that end in `.yaml` or `.yml` are read as
+  YAML by PETSc.
 * A value has at most 2046 characters (a polygon may be a file). PETSc 3.18 takes 512 options, enough for some 120
   bodies; several loops of a polygon, an expression or a file make one body of many.
 * Names do not depend on case. `-materials` and `-bodies` declare names; `<m>`, `<b>` and `<f>` below stand for a declared

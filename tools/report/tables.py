@@ -140,12 +140,6 @@ def table_example():
     return markdown(["P", "C n, µs", "L, µs", "B √n, µs", "R log2 P, µs", "T, µs", "S", "E", "S, full model", "S, pool", "pool, full model"], lines)
 
 
-def table_limits():
-    lines = [[title(name), digits(s.most(data.constants(name)["particles"])), *(digits(s.least(0.8, p)) for p in (32, 1024, 32768)), f"{s.bound():.2f}",
-              f"{1 + s.bound():.1f}"] for name, s in ((name, data.short(name)) for name in SCENES)]  # fmt: skip
-    return markdown(["scene", "P of the largest S", "n for E = 0.8 on 32", "on 1 024", "on 32 768", "the pool's bound", "its workers"], lines)
-
-
 # ---- Results
 def table_scenes():
     lines = []
@@ -159,14 +153,16 @@ def table_scenes():
 
 
 def scaling(kind, measured=False):
-    """Speed-ups on 1 to 32 processes, strong and weak, of all ways; measured: those on two processes beside them."""
+    """Speed-ups on 1 to 32 processes, strong and weak: direct / DMSwarmMigrate / pool in a cell; measured: also on two."""
     lines = []
-    for study, s, how in ((study, s, how) for study in ("strong", "weak") for s in SCENES for how in WAYS):
-        if found := speedups(s, study, kind, how):
-            star = {p: " *" * ((s, study, p) in DISTURBED and how == DIRECT and measured) for p in PROCESSES}
-            real = [cell(speedups(s, study, "measured", how), 2)] * measured
-            lines.append([study, title(s), how, "1", *real, *(cell(found, p) + star[p] for p in PROCESSES[1:])])
-    return markdown(["scaling", "scene", "way", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
+    for study, s in ((study, s) for study in ("strong", "weak") for s in SCENES):
+        found, real = ([speedups(s, study, k, how) for how in WAYS] for k in (kind, "measured"))
+        if any(found):
+            star = {p: "*" * ((s, study, p) in DISTURBED and measured) for p in PROCESSES}
+            cells = [" / ".join(cell(by, p) or "-" for by in some) for some, p in (*[(real, 2)] * measured, *((found, p) for p in PROCESSES[1:]))]
+            marked = [c.replace(" /", f"{star[p]} /", 1) for c, p in zip(cells, (*[1] * measured, *PROCESSES[1:]))]
+            lines.append([study, title(s), "1", *marked])
+    return markdown(["scaling", "scene", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
 
 
 def table_all():
@@ -330,6 +326,8 @@ def numbers():
     out |= {"plain": span(plain(), "{:.1f}"), "imbalance": f"{data.modelled('disks', 'balance', 'spatial direct', 'imbalance')[32]:.2f}"}
     least = {p: [data.short(s).least(e, p) / data.kept(s, e)[p] for s in BOXES for e in (0.8, 0.9)] for p in data.kept("box2d", 0.8)}
     out |= {"least_apart": span(sum(least.values(), []), "{:.1f}"), "least_far": span((q for p in least if p >= 1024 for q in least[p]))}
+    most = [data.short(s).most(data.constants(s)["particles"]) for s in SCENES]
+    out["fastest"] = f"{digits(min(most))} to {digits(max(most))}"
     out |= {f"million_{how}": span(cubes(s, how, 2**20) for s in BOXES) for how in ("direct", "swarm")}
     out |= {"apart_spatial": span(apart(DIRECT)), "apart_spatial_5": inside(apart(DIRECT), 0.95, 1.05), "apart_pool": span(apart(POOL))}
     out["bits"] = f"{len(digests())} scenes and sizes, {sum(n for n, _ in digests())} runs"
