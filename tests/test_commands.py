@@ -286,7 +286,8 @@ def strange(text, known):
         if word.endswith(("*", "_")):
             found = any(name.startswith(word.rstrip("*_")) for name in known)
         else:
-            found = word in MISSPELT or any(pattern.fullmatch(word) for pattern in known.values())
+            own = re.sub(r"^stage_[a-z0-9]+_", "", word)  # any option may be of a stage
+            found = word in MISSPELT or any(pattern.fullmatch(word) or pattern.fullmatch(own) for pattern in known.values())
         if not found:
             lost.append(word)
     return lost

@@ -193,6 +193,8 @@ def formulas():
     asked = []  # (formula, value)
     for what in calls:
         name, arguments = re.match(r"(\w+)\((.*)\)", what).groups()
+        if name == "table":
+            continue  # test_tables.py has it
         function = MEANS.get(name) or getattr(math, name)
         for values in ([0.3, 0.75, 0.5], [0.6, 0.2, 0.9]) if name != "acosh" else ([1.3], [2.6]):
             values = values + [0.1] if "..." in arguments else values[:arguments.count(",") + 1]

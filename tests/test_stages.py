@@ -146,11 +146,11 @@ def checked():
                        ("-stage_shake_gravty 0,1", "-stage_shake_gravty is not an option of this scene; did you mean -stage_shake_gravity ?"),
                        ("-stage_shake_hocus_pocus_fidibus 1", "-stage_shake_hocus_pocus_fidibus is not an option of this scene; a stage takes options that may change, such as -stage_shake_gravity"),
                        ("-stage_shak_gravity 0,1", "-stage_shak_gravity is not an option of this scene: -stages declares the names of stages, and this one is not among them"),
-                       ("-stage_shake_gravity 0,x", "stage shake: -gravity 0,x"), ("-stage_cut_material_soil_yield 3", "stage cut: -material_soil_yield does not apply"),
+                       ("-stage_shake_gravity 0,x", "stage shake: fault.opts:45: -gravity 0,x"), ("-stage_cut_material_soil_yield 3", "stage cut: fault.opts:46: -material_soil_yield does not apply"),
                        ("-stage_shake_remove soil", "stage shake: -remove gate,lid,soil: no particle would be left"), ("-stage_settle_remove lid", "-stage_settle_remove does not apply: nothing can leave before the first stage"),
                        ("-time_end 3", "-time_end does not apply with -stages: each lasts -stage_<s>_time"), ("-stage_cut_time_end 3", "-stage_cut_time_end does not apply: a stage lasts -stage_cut_time"),
                        ("-stage_cut_bc_xmin_type periodic\n-stage_cut_bc_xmax_type periodic\n-stage_cut_bc_xmax_velocity default", "may not change; a wall cannot become or cease to be periodic or a piston"),
-                       ("-stage_cut_method_time static", "stage cut: "), ("-stage_cut_check_energy 0.1", "stage cut: -check_energy does not apply")):
+                       ("-stage_cut_method_time static", "stage cut: "), ("-stage_cut_check_energy 0.1", "stage cut: fault.opts:46: -check_energy does not apply")):
         keys = {line.split()[0] for line in add.split("\n")}
         check.write("fault.opts", BASE + "".join(line + "\n" for line in STAGES.splitlines() if line.split()[0] not in keys) + add + "\n")
         for more in ([], ["-dry_run"]):

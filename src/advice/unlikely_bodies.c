@@ -173,6 +173,20 @@ PetscBool MPMUnlikely_gap_wall(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = look->down;
+  const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const MPMWall   type = look->scene->walls.given[d][up].type;
+
+  if (!(look->g > 0) || !MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) || grid->total)
+    return PETSC_FALSE;
+  odd->ratio = (up ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[2 * d + up], "_type", odd) : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
@@ -272,4 +286,22 @@ PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = (PetscReal)n / STEPS;
   MPMUnlikelyWrite(odd->other, look->dt);
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
+
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  for (PetscInt face = 0; face < 2 * grid->dim && !MPMLoadIsOnVolume(load); face++) {
+    const PetscInt  d   = face / 2;
+    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[load->body][d] : look->lower[load->body][d] - grid->lower[d];
+
+    if (load->sides != (PetscInt)1 << face || !MPMWallHas(look->scene->walls.given[d][face % 2].type, MPM_WALL_TANGENT))
+      continue;
+    if (gap < 0.3 * grid->h[d]) return MPMUnlikelyGiven("load", load->name, "_face", odd);
+  }
+  return PETSC_FALSE;
 }

@@ -126,6 +126,16 @@ PetscBool MPMUnlikely_dilation_large(const MPMLook *look, PetscInt k, MPMOdd *od
   return OfMaterial(look, k, "_dilation_angle", odd, &odd->ratio);
 }
 
+PetscBool MPMUnlikely_no_strength(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal cohesion = 0;
+
+  (void)OfMaterial(look, k, "_cohesion", odd, &cohesion);
+  NameOther(&look->scene->materials[k], "cohesion", odd);
+  if (cohesion > 0 || !OfMaterial(look, k, "_friction_angle", odd, &odd->ratio)) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_k0_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   return OfMaterial(look, k, "_k0", odd, &odd->ratio);
@@ -139,7 +149,7 @@ static PetscBool Waves(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   odd->ratio = PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho);
   NameOther(m, "rho", odd);
-  return OfMaterial(look, k, HasOption(m, "E") ? "_E" : "_G", odd, &value);
+  return OfMaterial(look, k, HasOption(m, "E") ? "_E" : "_c0", odd, &value);
 }
 
 PetscBool MPMUnlikely_soil_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -61,6 +61,17 @@ int MPMOptionsNewFile(void)
   return ++nfiles;
 }
 
+PetscBool MPMOptionsIsFor(const char name[], const char option[])
+{
+  const size_t n = strlen(name), length = strlen(option);
+
+  if (!strcasecmp(name, option)) return PETSC_TRUE;
+  return !strncasecmp(name, "stage_", 6) && n > length && name[n - length - 1] == '_' &&
+                 !strcasecmp(name + n - length, option)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
 /* Writes "file:line: " of the last line that gives an option this value to place [len], or "" if there is none. Not
    collective. */
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len)
@@ -70,6 +81,13 @@ void MPMOptionsPlace(const char name[], const char value[], char place[], size_t
     const Given *g = &given[k - 1];
 
     if (strcasecmp(g->name, name) || strcmp(g->value, value)) continue;
+    (void)snprintf(place, len, "%.400s:%d: ", g->path, g->line);
+    return;
+  }
+  for (size_t k = ngiven; k > 0; k--) { /* of a stage */
+    const Given *g = &given[k - 1];
+
+    if (strncasecmp(g->name, "stage_", 6) || !MPMOptionsIsFor(g->name, name) || strcmp(g->value, value)) continue;
     (void)snprintf(place, len, "%.400s:%d: ", g->path, g->line);
     return;
   }

@@ -35,6 +35,8 @@ const char *MPMOptionsDash(const char text[]);
 void MPMOptionsNote(int file, const char name[], const char value[], const char path[], int line, char error[],
                     size_t len);
 int  MPMOptionsNewFile(void);
+/* Returns whether a name is that of an option, or of it in a stage. */
+PetscBool MPMOptionsIsFor(const char name[], const char option[]);
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
 int  MPMOptionsPlaced(void);
 PetscBool MPMOptionsIsPlaced(const char name[]);
@@ -65,8 +67,12 @@ int MPMOptionsDistance(const char a[], const char b[]);
 extern const char *const MPMFormulaTitle;
 PetscBool                MPMFormulaWord(size_t k, const char **what, const char **meaning);
 
-/* Returns the whole path that an option with the path of a file was read as, or NULL (path.c). */
-const char *MPMOptionsWholePath(const char name[]);
+/* Values with paths of files (path.c). PathOf sets where `file`, named in the value of the option `full`, is; WholeOf makes a
+   path whole, if there is the file. NoteWhole keeps what a value is with whole paths, and WholePath returns it, or NULL. */
+void           MPMOptionsPathOf(const char full[], const char value[], const char file[], char path[MPM_TEXT_LEN]);
+void           MPMOptionsWholeOf(char path[MPM_TEXT_LEN]);
+PetscErrorCode MPMOptionsNoteWhole(const char name[], const char text[], const char with[]);
+const char    *MPMOptionsWholePath(const char name[], const char text[]);
 
 /* Words of other programs (words.c). AreAlike returns whether two words are the same but for case and for - _ * in them, and
    HasWord whether a list has the word of n characters. ForeignValue returns what to choose in place of a value of an option,

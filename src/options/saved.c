@@ -98,7 +98,7 @@ PetscErrorCode MPMOptionsText(char **text)
     if (blank) *blank = 0;
     value = blank ? blank + 1 : "";
     if (IsOver(line)) continue;
-    whole = MPMOptionsWholePath(line + 1);
+    whole = MPMOptionsWholePath(line + 1, value);
     if (whole) value = whole;
     (void)fprintf(out, strchr(value, ' ') ? "%s \"%s\"\n" : value[0] ? "%s %s\n" : "%s%s\n", line, value);
   }

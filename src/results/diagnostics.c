@@ -250,14 +250,6 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
-PetscReal MPMShownKineticShare(const MPMTotals *totals)
-{
-  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
-                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
-
-  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
-}
-
 /* Returns the work of loads and body forces, of those on free rigid bodies too. */
 static PetscReal Loads(const MPMShown *s)
 {

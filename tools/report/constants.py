@@ -72,6 +72,7 @@ class Scene:
         # direct: half of the cost arises at either end, and both ends wait at the same time.
         for k, (call, particle, leaver) in enumerate(((costs["SWARM"], costs["SWARM_PARTICLE"], bytes_), (0, 0, bytes_ + 0.5 * costs["LEAVER"]))):
             m.numbers |= {f"migration[{k}].call": call, f"migration[{k}].particle": particle, f"migration[{k}].leaver": leaver}
+        self.leaver = costs["LEAVER"]
         self.one = next(r for r in runs("strong", "measured") if (r["scene"], r["processes"]) == (name, 1))
         slower = self.one["seconds_per_step"] / self.said(path, "direct", 2)["rows"][1]["spatial"]
         m.rates = {k: [0, 1, t * slower, 2, t * slower, 3, t * slower] for k, (_, _, t, *_) in m.rates.items()}
@@ -90,6 +91,7 @@ class Scene:
         yield "dimensions", self.short.dim, "", "tools/scenes.py"
         yield "particles", self.one["particles"], "", "scaling/runs.csv"
         yield "T1", f"{t:.4g}", "s", "scaling/runs.csv: measured on one process"
+        yield "leaver", f"{self.leaver:.4g}", "s/particle", "simulated/costs.csv: a particle that changes process, by a calibration"
         yield "C", f"{self.short.C:.4g}", "s/particle", "T1/N"
         yield from ((name, f"{getattr(self.short, name):.4g}", unit, f"model.md ({k})") for name, unit, k in formulas)
         yield "patch", self.edge, "cells", "simulated/strong.csv: the edge of the pool's patches"

@@ -153,14 +153,16 @@ def table_scenes():
 
 
 def scaling(kind, measured=False):
-    """Speed-ups on 1 to 32 processes, strong and weak, of all ways; measured: those on two processes beside them."""
+    """Speed-ups on 1 to 32 processes, strong and weak: direct / DMSwarmMigrate / pool in a cell; measured: also on two."""
     lines = []
-    for study, s, how in ((study, s, how) for study in ("strong", "weak") for s in SCENES for how in WAYS):
-        if found := speedups(s, study, kind, how):
-            star = {p: " *" * ((s, study, p) in DISTURBED and how == DIRECT and measured) for p in PROCESSES}
-            real = [cell(speedups(s, study, "measured", how), 2)] * measured
-            lines.append([study, title(s), how, "1", *real, *(cell(found, p) + star[p] for p in PROCESSES[1:])])
-    return markdown(["scaling", "scene", "way", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
+    for study, s in ((study, s) for study in ("strong", "weak") for s in SCENES):
+        found, real = ([speedups(s, study, k, how) for how in WAYS] for k in (kind, "measured"))
+        if any(found):
+            star = {p: "*" * ((s, study, p) in DISTURBED and measured) for p in PROCESSES}
+            cells = [" / ".join(cell(by, p) or "-" for by in some) for some, p in (*[(real, 2)] * measured, *((found, p) for p in PROCESSES[1:]))]
+            marked = [c.replace(" /", f"{star[p]} /", 1) for c, p in zip(cells, (*[1] * measured, *PROCESSES[1:]))]
+            lines.append([study, title(s), "1", *marked])
+    return markdown(["scaling", "scene", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
 
 
 def table_all():
