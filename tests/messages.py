@@ -32,6 +32,7 @@ NONE = {
     "<Topology": "",
     "</Topology>": "",
     "<Attribute": "",
+    "</Grid>": "",
     "more sums": "a name for PETSc",
     "more node sums": "a name for PETSc, where a scene has more sums than a line of a record has room for",
     "<?xml": "",

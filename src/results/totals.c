@@ -1,14 +1,6 @@
 /* totals.c - the sums over all particles of the rows of diagnostics.def. */
 #include "results/selected.h"
 
-PetscReal MPMShownKineticShare(const MPMTotals *totals)
-{
-  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
-                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
-
-  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
-}
-
 /* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
 static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
 {
