@@ -261,6 +261,44 @@ def check_inertia():
     check.that("no solution of the step was found" in far.said, "a step that has no solution is told")
 
 
+def check_start():
+    """Explicit runs that start from the state of a static one, in both frames: a slope that is at rest stays so, but for what the springs of
+    weak nodes held; one whose crest is loaded then fails. What may not change is refused."""
+    slope = ["-grid_lower 0,0", "-grid_upper 35,16.25", "-grid_h 0.625,0.625", "-gravity 0,-10", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
+             *body("polygon", vertices='"0,0 35,0 35,5 25,5 15,15 0,15"', law="druckerprager", E="1e8", rho=2000), "-material_m_fit plane_strain", "-material_m_cohesion 20e3",
+             "-material_m_friction_angle 20", "-material_m_dilation_angle 0", "-gravity_ramp 0.5", "-time_end 1", "-dt_size 0.1", "-loads crest", "-load_crest_body b",
+             "-load_crest_type pressure", "-load_crest_face ymax", "-load_crest_value 0*t", "-checkpoint_every 1"]
+    weight, files = 2000 * 10 * (35 * 5 + 15 * 10 + 50), {}
+    for factor, most in ((1e-3, 6e-5), (1e-5, 1e-6)):
+        name = f"slope{factor:g}"
+        run(name, slope, "-method_stabilize_factor", factor)
+        files[factor] = f"{name}/{name}-checkpoint-1.h5"
+        idle = run("idle", slope, "-method_stabilize_factor", factor, "-time_end", 1.1, "-restart_file", files[factor], "-snes_monitor", *QUIET[:2])
+        force = float(re.search(r"0 SNES Function norm (\S+)", idle.out)[1])
+        check.that(force < most * weight, f"springs of {factor:g}: in the next step {force / weight:.2g} of the weight are out of balance, the norm of all nodes")
+    for frame, name, more, most in (("total", "rests", (), 1e-6), ("updated", "moves", ("-method_preset", "balanced"), 1e-4)):
+        go = ("-method_time", "explicit", "-method_frame", frame, *more, "-dt_size", "auto", "-restart_file", files[1e-5])
+        run(name, slope, *go, "-time_end", 1.3, "-history_every", 0)
+        last = check.history(f"{name}/{name}.csv")
+        share = last["kinetic_energy"].max() / last["strain_energy"][0]
+        off = np.abs(last["energy_residual"]).max() / last["strain_energy"][0]
+        check.that(share < most and off < (3e-4 if frame == "total" else 3e-3), f"{frame} frame, explicit: kinetic energy up to {share:.2g} of the strain energy, {off:.2g} of it is missing")
+    fails = ("-method_time", "explicit", "-method_preset", "balanced", "-dt_size", "auto", "-restart_file", files[1e-5])
+    digests = {run(f"fails{n}", slope, *fails, "-load_crest_value", "6e5*(X<15)*(X>7)*min(1,5*(t-1))", "-time_end", 1.6, "-check_parting", "warn", n=n).digest for n in (1, 2)}
+    x, u = moved("fails1")
+    check.that(len(digests) == 1 and np.abs(u).max() > 0.5, f"with a load on its crest it moves by up to {np.abs(u).max():.2f} m; on 1 and 2 processes {digests}")
+    for options, line in ((("-gravity", "0,-11"), "-gravity is 0,-10 in the checkpoint"), (("-method_preset", "solid", "-method_basis", "linear"), "-method_basis is not given in the checkpoint"),
+                          (("-method_time", "static", "-dt_size", "0.1", "-method_preset", "solid", "-gravity_ramp", 0), "-gravity_ramp is 0.5 in the checkpoint")):
+        told = run("refused", slope, *fails, *options, "-time_end", 2, "-dry_run", status=2)
+        check.that(line in told.said, f"{options}: {told.err.strip()[:160]}")
+    for options, line in ((("-method_basis", "gimp", "-method_gimp_update", "stretch"), "has no field l of particles"),
+                          (("-method_basis", "linear", "-method_update", "musl", "-method_transfer", "flip"), "particles had other volumes there")):
+        told = run("refused", slope, *fails, *options, "-time_end", 2, *QUIET, status=3)
+        check.that(line in told.said, f"{options}: {told.err.strip()[:160]}")
+    told = run("slope0.001", slope, *fails[:-2], "-restart_file", "latest", "-time_end", 2, status=2)
+    check.that("has another history; give it another -output_name" in told.said, f"its results would take the place of those before: {told.err.strip()[-140:]}")
+
+
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
            *body("box", law="vonmises", E="1000", rho=1, lower="0,0", upper="6,3"), "-material_m_yield 1.7320508", "-loads q", "-load_q_body b",
            "-load_q_type pressure", "-load_q_face ymax", '-load_q_value "8*t*(X<1)"', "-time_end 1"]

@@ -96,6 +96,20 @@ void MPMCheckpointTotals(char text[MPM_TEXT_LEN])
     (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s ", MPMDiagnostics[q].name);
 }
 
+PetscInt64 MPMCheckpointVolumes(const MPMScene *scene)
+{
+  uint64_t sum = 0;
+
+  for (PetscInt k = 0; k < scene->nkinds; k++) {
+    const PetscReal of[2] = {scene->kinds[k].m, scene->kinds[k].V0};
+    uint64_t        bits[2];
+
+    memcpy(bits, of, sizeof bits);
+    sum = 31 * (31 * sum + bits[0]) + bits[1];
+  }
+  return (PetscInt64)sum;
+}
+
 void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
 {
   const MPMVariable table[] = {
@@ -103,6 +117,7 @@ void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
       {"time", MPM_VARIABLE_REAL, 1, &c->t, MPM_KEPT},
       {"particles", MPM_VARIABLE_INT64, 1, &c->total, MPM_KEPT},
       {"shapes", MPM_VARIABLE_INT64, 1, &c->shapes, MPM_KEPT},
+      {"volumes", MPM_VARIABLE_INT64, 1, &c->volumes, MPM_KEPT},
       {"snapshots", MPM_VARIABLE_INT, 1, &c->snapshots, MPM_KEPT},
       {"history_length", MPM_VARIABLE_INT64, 1, &c->history_length, MPM_KEPT},
       {"history_sum", MPM_VARIABLE_INT64, 1, &c->history_sum, MPM_KEPT},
@@ -123,6 +138,7 @@ static void SetHeader(MPMCheckpoint *c)
   c->t              = c->core->t;
   c->total          = c->core->particles.total;
   c->shapes         = c->scene->shapes;
+  c->volumes        = MPMCheckpointVolumes(c->scene);
   c->snapshots      = c->output->count;
   c->history_length = c->monitor->length; /* of the first process, which writes */
   c->history_sum    = (PetscInt64)MPMMonitorSum(c->monitor, c->scene, c->monitor->length);

@@ -12,11 +12,46 @@ static const char *const may_differ[] = {
     "report_", "checkpoint_", "restart_",       "parallel_",     "pool_",       "model_",       "scene_title",
     "dry_run", "rerun",       "output_replace", "output_format", "damping_"};
 
-static PetscBool MayDiffer(const char name[])
+/* Further ones of a run that starts from an implicit one, as far as the nodes of the total frame stay. */
+static const char *const may_begin[] = {"method_", "gravity_ramp", "history_rest"};
+
+static PetscBool IsOf(const char *const starts[], size_t n, const char name[])
 {
-  for (size_t k = 0; k < sizeof may_differ / sizeof may_differ[0]; k++)
-    if (!strncasecmp(name, may_differ[k], strlen(may_differ[k]))) return PETSC_TRUE;
+  for (size_t k = 0; k < n; k++)
+    if (!strncasecmp(name, starts[k], strlen(starts[k]))) return PETSC_TRUE;
   return PETSC_FALSE;
+}
+
+static PetscBool MayDiffer(const MPMCheckpoint *c, const char name[])
+{
+  const size_t n = strlen(name);
+
+  if (IsOf(may_differ, sizeof may_differ / sizeof may_differ[0], name)) return PETSC_TRUE;
+  if (!c->starts) return PETSC_FALSE;
+  if (!strncasecmp(name, "load_", 5)) return (PetscBool)(n > 6 && !strcasecmp(name + n - 6, "_value"));
+  if (c->core->grid.total && (!strcasecmp(name, "method_basis") || !strcasecmp(name, "method_wall_basis")))
+    return PETSC_FALSE;
+  return IsOf(may_begin, sizeof may_begin / sizeof may_begin[0], name);
+}
+
+/* Finds whether the run starts from the state that an implicit one ended in, explicitly or with inertia, and does not go on with
+   it. */
+static PetscErrorCode FindStart(MPMCheckpoint *c, MPMOptions o)
+{
+  const char *is = c->core->implicit ? "implicit" : "explicit";
+  char       *here, was[MPM_TEXT_LEN], now[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsText(&here));
+  (void)MPMOptionsFindIn(here, "-method_time", now);
+  if (MPMOptionsFindIn(c->options, "-method_time", was) && strcasecmp(was, "explicit") && strcasecmp(was, now))
+    c->starts = (PetscBool)(!strcmp(is, "explicit") || !strcasecmp(was, "static"));
+  PetscCall(PetscFree(here));
+  if (c->starts && c->own)
+    MPMOptionsFail(o, "-restart_file %.500s: a run that starts from -method_time %.50s has another history; give it another "
+                      "-output_name or -output_dir",
+                   c->from, was);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns whether two values say the same: the same numbers, or the same words. */
@@ -44,7 +79,7 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
 
   if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
   if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
-  if (!MayDiffer(name + 1))
+  if (!MayDiffer(c, name + 1))
     MPMOptionsFail(
         o,
         "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
@@ -179,6 +214,8 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   MPMCheckpointHeader(c, &header);
   PetscCall(MPMCheckpointRead(c->from, c->core->comm, &header, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
+  PetscCall(FindHistory(c, o));
+  if (!MPMOptionsError(o)) PetscCall(FindStart(c, o));
   if (!MPMOptionsError(o)) PetscCall(CompareOptions(c, o));
   if (c->shapes != c->scene->shapes)
     MPMOptionsFail(
@@ -186,7 +223,6 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
         "-restart_file %.500s: what -body_<b>_file names has changed since the run that wrote it; put the old "
         "files back, or start anew",
         c->from);
-  PetscCall(FindHistory(c, o));
   if (!MPMOptionsError(o) && c->t > end * (1 + 1e-9))
     MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)end, c->from,
                    (double)c->t);
@@ -200,11 +236,22 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 
   PetscFunctionBeginUser;
   PetscCall(MPMCheckpointFields(c->from, c->core->comm, has));
+  if (c->volumes != MPMCheckpointVolumes(c->scene))
+    (void)snprintf(c->core->stop, sizeof c->core->stop,
+                   "-restart_file %.1000s: particles had other volumes there, since this method cuts bodies otherwise; give "
+                   "-method_rim cut, and -body_<b>_ppc as there",
+                   c->from);
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (particles->present[f] && MPMCheckpointHasField(f))
       (void)snprintf(needs + strlen(needs), sizeof needs - strlen(needs), "%s%s", needs[0] ? " " : "",
                      MPMFields[f].name);
-  if (strcmp(has, needs))
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS && c->starts; f++) { /* others may be there; there is no affine velocity at rest */
+    c->lacks[f] = (PetscBool)(f == MPM_FIELD_INDEX_C);
+    if (particles->present[f] && MPMCheckpointHasField(f) && !c->lacks[f] && !MPMListHas(has, MPMFields[f].name))
+      (void)snprintf(c->core->stop, sizeof c->core->stop,
+                     "-restart_file %.1000s has no field %s of particles, which this run needs", c->from, MPMFields[f].name);
+  }
+  if (!c->starts && strcmp(has, needs))
     (void)snprintf(
         c->core->stop, sizeof c->core->stop,
         "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of "
@@ -273,7 +320,10 @@ PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
 
     if (!p->present[f] || !MPMCheckpointHasField(f)) continue;
     PetscCall(MPMParticlesGetField(p, f, &rows));
-    PetscCall(MPMCheckpointRows(c->from, p, f, first, n, rows));
+    if (c->lacks[f])
+      PetscCall(PetscMemzero(rows, (size_t)n * (size_t)p->bytes[f]));
+    else
+      PetscCall(MPMCheckpointRows(c->from, p, f, first, n, rows));
     PetscCall(MPMParticlesRestoreField(p, f));
   }
   PetscCall(MPMExchangeDistribute(c->core));
@@ -300,6 +350,8 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   out->count = c->snapshots;
   MPMCheckpointTotals(totals);
   c->list(c->run, &kept);
+  for (PetscInt k = 0; k < kept.n && c->starts; k++) /* what only the other method has */
+    if (!kept.row[k].n) kept.row[k].at = NULL;
   PetscCall(MPMCheckpointRead(c->from, core->exchange.data, &kept, fault));
   if (!fault[0] && strcmp(totals, c->totals))
     (void)snprintf(fault, sizeof fault, "cannot go on from %.1000s: another version of pebble wrote it", c->from);
@@ -323,6 +375,12 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   c->last    = core->step;
   if (!out->enabled) out->count = 0;
   PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
+  if (!c->starts) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < MPM_NUM_ENERGIES; k++) MPMSumZero(&core->energy.sum[k]); /* energies are counted from here */
+  PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
+  mon->start   = mon->now;
+  core->half   = 0;
+  core->kicked = core->t;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -27,6 +27,7 @@ typedef struct {
   PetscInt   step, snapshots;
   PetscReal  t;                                  /* s */
   PetscInt64 history_length, history_sum, total; /* bytes of the history, and their checksum; particles */
+  PetscInt64 volumes;                            /* checksum of the masses and volumes of kinds of particles */
   PetscInt64 shapes;                             /* checksum of the files that shapes and particles were read from */
   char       totals[MPM_TEXT_LEN];
 
@@ -35,6 +36,8 @@ typedef struct {
      options that differ. */
   PetscReal history_was, output_was;
   PetscBool own;
+  PetscBool starts;                /* from the end of an implicit run: with another method, and other loads */
+  PetscBool lacks[MPM_NUM_FIELDS]; /* fields that it does not have and that are 0 */
   char      git[MPM_NAME_LEN], *options;
   char      from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
 } MPMCheckpoint;
@@ -48,6 +51,9 @@ PetscErrorCode MPMCheckpointList(MPMCheckpoint *, MPI_Comm comm, PetscInt *n, Pe
    understand each other's checkpoints. Not collective. */
 void MPMCheckpointHeader(MPMCheckpoint *, MPMVariables *);
 void MPMCheckpointTotals(char text[MPM_TEXT_LEN]);
+
+/* Returns the checksum of masses and volumes of the kinds of particles. Not collective. */
+PetscInt64 MPMCheckpointVolumes(const MPMScene *);
 
 /* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, and Step
    writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on exchange.data. OfStop writes one of the last state of a run that a check stops, unless it has one. A checkpoint that

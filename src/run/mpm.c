@@ -216,6 +216,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (core->implicit) PetscCall(MPMStaticCreate(core));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
+    if (mpm->checkpoint.starts) core->damping.rest = PETSC_TRUE; /* the first kick of leapfrog is half of one */
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
     if (!core->implicit) PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
