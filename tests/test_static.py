@@ -217,6 +217,11 @@ def check_separate():
     below = 0.02 + u[rows, 1].min()
     check.that(abs(hold[2] - 2 * hold[1]) < 1e-3 and hold[-1] > 10 * hold[1] + 0.1 and abs(below) < 0.004,  # the corner that xmin holds counts to ymin
                f"a beam 2 cm above the floor: the floor carries {hold[1]:.3f}, {hold[2]:.3f} ... {hold[-1]:.3f} N; in the end the beam's foot is {1e3 * below:.2f} mm above it")
+    ball = run("ball", ["-geometry axisymmetric", "-grid_lower 0,0", "-grid_upper 1.25,1", "-grid_h 0.0625,0.0625", "-bc_xmin_type slip", "-bc_ymin_type separate",
+                        "-bc_ymax_type moving", "-bc_ymax_velocity 0,-0.02", *body("expression", E=1000, rho=1, expression='"1-x^2-(y-1)^2"', lower="0,0", upper="1,1"), "-time_end 1",
+                        "-history_walls ymin", "-history_every 0.1"])
+    force = check.history("ball/ball.csv")["reaction_ymin_y"][-1]
+    check.that(abs(force / (4 / 3 * 1000 / 0.91 * 0.02**1.5) - 1) < 0.08 and newton(ball) < 60, f"a ball pressed on the floor by 0.02 of its radius: {force:.3f} N, Hertz {4 / 3 * 1000 / 0.91 * 0.02**1.5:.3f} N; {newton(ball)} Newton iterations")
     through = run("through", ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-grid_upper 4.5,3", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
                               *body("box", E="300", rho=1, lower="0,1", upper="4,2")], *QUIET, status=3)
     check.that("b has met its wall ymin (separate)" in through.said, f"a body that comes from afar is told: {through.err.strip()[-200:]}")

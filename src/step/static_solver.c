@@ -71,6 +71,7 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(PetscFree(s->node));
   PetscCall(PetscFree(s->at));
   PetscCall(PetscFree(s->held));
+  PetscCall(PetscFree(s->pressed));
   PetscCall(PetscFree(s->known));
   PetscCall(PetscFree(core->implicit));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,6 +137,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
   if (s->inertia) PetscCall(MPMStaticMass(s));
+  if (core->gaps) PetscCall(PetscCalloc1(PetscMax(1, s->n * core->grid.dim), &s->pressed));
   for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
