@@ -351,7 +351,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   MPMCheckpointTotals(totals);
   c->list(c->run, &kept);
   for (PetscInt k = 0; k < kept.n && c->starts; k++) /* what only the other method has */
-    if (!kept.row[k].n) kept.row[k].at = NULL;
+    if (!kept.row[k].n || !strncmp(kept.row[k].name, "watch_dt", 8)) kept.row[k].at = NULL;
   PetscCall(MPMCheckpointRead(c->from, core->exchange.data, &kept, fault));
   if (!fault[0] && strcmp(totals, c->totals))
     (void)snprintf(fault, sizeof fault, "cannot go on from %.1000s: another version of pebble wrote it", c->from);
@@ -373,7 +373,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   mon->every = history;
   out->every = output;
   c->last    = core->step;
-  if (!out->enabled) out->count = 0;
+  if (!out->enabled || c->starts) out->count = 0;
   PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
   if (!c->starts) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < MPM_NUM_ENERGIES; k++) MPMSumZero(&core->energy.sum[k]); /* energies are counted from here */
@@ -417,7 +417,7 @@ PetscErrorCode MPMRestartFiles(MPMCheckpoint *c)
                        (double)c->output_was));
   if (c->differ[0]) PetscCall(MPMPrint(&c->core->print, "restart    changed options: %s\n", c->differ));
   if (c->scene->dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMMonitorResume(c->monitor, c->core, c->scene, c->own, (long)c->history_length));
+  if (!c->starts) PetscCall(MPMMonitorResume(c->monitor, c->core, c->scene, c->own, (long)c->history_length));
   PetscCall(MPMOutputResume(c->output, c->core, c->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
