@@ -36,6 +36,11 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
     PetscCall(MPMPrint(&core->print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
                        base > 0 ? (double)(100 * value / base) : 0));
   }
+  if (core->changes.energy != 0) {
+    sum += core->changes.energy;
+    PetscCall(MPMPrint(&core->print, "  %-12s %14.6g  %8.3f\n", "changes", (double)core->changes.energy,
+                       base > 0 ? (double)(100 * core->changes.energy / base) : 0));
+  }
   PetscCall(
       MPMPrint(&core->print, "  %-12s %14.6g  %8.3f\n", "all", (double)sum, base > 0 ? (double)(100 * sum / base) : 0));
   PetscFunctionReturn(PETSC_SUCCESS);

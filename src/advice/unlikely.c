@@ -94,10 +94,10 @@ static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lo
 
 /* Described in advice.h. */
 PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTime *time, const MPMMonitor *monitor,
-                               PetscReal seconds)
+                               const MPMForecast *f)
 {
   const PetscReal *g    = core->params.gravity;
-  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = seconds};
+  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = f->steps * f->step, .dt = f->dt};
   PetscInt         n[NUM_OF];
 
   PetscFunctionBeginUser;
@@ -128,7 +128,8 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
   n[OF_probe]    = scene->nprobes;
   n[OF_run]      = 1;
   for (int of = 0; of < NUM_OF; of++)
-    for (PetscInt k = 0; k < n[of]; k++) PetscCall(Tell(&look, of, k));
+    for (PetscInt k = 0; k < n[of]; k++)
+      if (of != OF_body || !scene->bodies[k].removed) PetscCall(Tell(&look, of, k));
   PetscCall(PetscFree2(look.lower, look.upper));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

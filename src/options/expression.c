@@ -1,7 +1,7 @@
 /* expression.c - option values that are formulas of coordinates and time, through the C interface of muParser.
    Components are separated by commas. Formulas of a scene are read at the start and evaluated in steps. */
 #include <muParserDLL.h>
-#include "options/reader.h"
+#include "options/time_tables.h"
 
 static const char letters[] = "xyzXYZt"; /* position x, position at the start X, time */
 
@@ -64,6 +64,7 @@ static const struct {
     {"pi", "3.14159...", PETSC_PI, NULL, NULL, NULL},
     {"_pi", "the same", PETSC_PI, NULL, NULL, NULL},
     {"_e", "2.71828..., the base of ln", 2.71828182845904523536, NULL, NULL, NULL},
+    {"table(file.csv)", "value at the time t of a table of lines t,value; linear between them, constant before and after; a relative path starts at the folder of the options file", 0, NULL, NULL, NULL},
     {"a + b, a - b, a*b, a/b", "as usual; -a^2 is -(a^2)", 0, NULL, NULL, NULL},
     {"a^b", "a to the power b; a^b^c is a^(b^c)", 0, NULL, NULL, NULL},
     {"a < b, a <= b, a > b, a >= b, a == b, a != b", "1 where it holds, else 0", 0, NULL, NULL, NULL},
@@ -127,6 +128,9 @@ static void Define(muParserHandle_t parser)
 struct _MPMExpression {
   muParserHandle_t parser;
   PetscReal        var[sizeof letters - 1];
+  PetscInt         ntables; /* tables over time: of each a variable, with its value at the time of an evaluation */
+  MPMTable        *tables;
+  PetscReal       *now;
 };
 
 /* Cuts off the position, counted from 0, with which muParser ends most of its messages. */
@@ -152,15 +156,18 @@ static void AddVariables(const char variables[], char error[], size_t len)
 
 /* Parses text, which may use the letters in `variables`. error [len] gets a description of a fault, or "" if there is
    none; *n is the number of components. The caller destroys *e. Not collective. */
-static PetscErrorCode Create(const char text[], const char variables[], MPMExpression *e, PetscInt *n, char error[],
-                             size_t len)
+static PetscErrorCode Create(const char full[], const char given[], const char variables[], MPMExpression *e, PetscInt *n,
+                             char error[], size_t len)
 {
-  int count = 0;
+  int  count = 0;
+  char text[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  error[0] = 0;
-  *n       = 0;
+  *n = 0;
   PetscCall(PetscNew(e));
+  PetscCall(MPMTablesRead(full, given, text, &(*e)->ntables, &(*e)->tables, error, len));
+  if ((*e)->ntables && !error[0] && !strchr(variables, 't'))
+    (void)snprintf(error, len, "a table is one over time, and this formula does not depend on t");
   (*e)->parser = mupCreate(muBASETYPE_FLOAT);
   PetscCheck((*e)->parser, PETSC_COMM_SELF, PETSC_ERR_LIB, "muParser has no parser left");
   for (const char *v = variables; *v; v++) {
@@ -170,7 +177,15 @@ static PetscErrorCode Create(const char text[], const char variables[], MPMExpre
     *at = 0.5; /* any value will do: the first evaluation only checks the syntax */
     mupDefineVar((*e)->parser, name, at);
   }
+  PetscCall(PetscCalloc1(PetscMax(1, (*e)->ntables), &(*e)->now));
+  for (PetscInt k = 0; k < (*e)->ntables; k++) {
+    char name[MPM_NAME_LEN];
+
+    (void)snprintf(name, sizeof name, "_table%" PetscInt_FMT, k);
+    mupDefineVar((*e)->parser, name, &(*e)->now[k]);
+  }
   Define((*e)->parser);
+  if (error[0]) PetscFunctionReturn(PETSC_SUCCESS);
   mupSetExpr((*e)->parser, text);
   (void)mupEvalMulti((*e)->parser, &count);
   *n = count;
@@ -208,6 +223,7 @@ PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscR
     e->var[3 + d] = d < dim && X ? X[d] : 0;
   }
   e->var[6] = t;
+  for (PetscInt k = 0; k < e->ntables; k++) e->now[k] = MPMTableValue(&e->tables[k], t);
   v         = mupEvalMulti(e->parser, &n);
   PetscCheck(!mupError(e->parser), PETSC_COMM_SELF, PETSC_ERR_LIB, "muParser: %s", mupGetErrorMsg(e->parser));
   for (int k = 0; k < n; k++) value[k] = v[k];
@@ -220,6 +236,8 @@ PetscErrorCode MPMExpressionDestroy(MPMExpression *e)
   PetscFunctionBeginUser;
   if (!*e) PetscFunctionReturn(PETSC_SUCCESS);
   mupRelease((*e)->parser);
+  PetscCall(MPMTablesDestroy((*e)->ntables, &(*e)->tables));
+  PetscCall(PetscFree((*e)->now));
   PetscCall(PetscFree(*e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,7 +255,7 @@ PetscErrorCode MPMOptionsExpression(MPMOptions o, const char row[], const char n
   PetscCall(MPMOptionsString(o, row, name, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMOptionsFullName(row, name, full);
-  PetscCall(Create(text, variables, e, &n, error, sizeof error));
+  PetscCall(Create(full, text, variables, e, &n, error, sizeof error));
   if (error[0])
     MPMOptionsFail(o, "-%s %.300s: %s", full, text, error);
   else if (n != nc && nc == o->dim)

@@ -41,11 +41,11 @@ typedef struct {
   size_t              n;
   const MPMOptionRow *row;
   const char (*faces)[MPM_NAME_LEN]; /* [2 dim] names of the faces of a grid */
-  size_t naliases;                   /* words of other programs for an option, or for its end after a "_": */
-  const char *const (*aliases)[2];   /* [naliases] the word, and what it stands for */
+  size_t naliases;                   /* words of other programs, separated by blanks, for an option, or for its end after a "_": */
+  const char *const (*aliases)[2];   /* [naliases] the words, and what they stand for */
   size_t                nchoices, nforeign;
   const MPMOptionValue *choices,
-      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] of other programs, or words in names (row "") */
+      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] words of other programs, separated by blanks; row "": in names too */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;
@@ -59,6 +59,12 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*m
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 void           MPMOptionsDeclareOthers(MPMOptions, PetscInt np, char (*probes)[MPM_NAME_LEN], PetscInt nc,
                                        char (*contacts)[MPM_NAME_LEN]); /* before the others */
+void           MPMOptionsDeclareStages(MPMOptions, PetscInt ns, char (*stages)[MPM_NAME_LEN]); /* likewise */
+
+/* Returns the number of the stage among `names` [n] that an option, without its dash, is of, and sets *option to what it
+   sets for it, in `given` itself; or returns -1 (stages.c). Not collective. */
+PetscInt MPMStageOf(PetscInt n, char (*names)[MPM_NAME_LEN], const char given[], const char **option);
+
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
 
@@ -100,6 +106,10 @@ PetscErrorCode MPMOptionsDeclared(MPMOptions, const char row[], const char name[
 PetscErrorCode MPMOptionsText(char **text);
 PetscBool      MPMOptionsNext(const char **at, char name[4 * MPM_NAME_LEN], char value[MPM_TEXT_LEN]);
 PetscBool      MPMOptionsFindIn(const char text[], const char name[], char value[MPM_TEXT_LEN]);
+
+/* Options that have another value for a while (saved.c). */
+PetscErrorCode MPMOptionsOverlay(const char name[], const char *value);
+PetscErrorCode MPMOptionsOverlayEnd(void);
 
 /* Refuses those options among `all` (words separated by blanks) that a choice does not take; it takes the words
    `taken`. */

@@ -61,6 +61,17 @@ int MPMOptionsNewFile(void)
   return ++nfiles;
 }
 
+PetscBool MPMOptionsIsFor(const char name[], const char option[])
+{
+  const size_t n = strlen(name), length = strlen(option);
+
+  if (!strcasecmp(name, option)) return PETSC_TRUE;
+  return !strncasecmp(name, "stage_", 6) && n > length && name[n - length - 1] == '_' &&
+                 !strcasecmp(name + n - length, option)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
 /* Writes "file:line: " of the last line that gives an option this value to place [len], or "" if there is none. Not
    collective. */
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len)
@@ -73,6 +84,35 @@ void MPMOptionsPlace(const char name[], const char value[], char place[], size_t
     (void)snprintf(place, len, "%.400s:%d: ", g->path, g->line);
     return;
   }
+  for (size_t k = ngiven; k > 0; k--) { /* of a stage */
+    const Given *g = &given[k - 1];
+
+    if (strncasecmp(g->name, "stage_", 6) || !MPMOptionsIsFor(g->name, name) || strcmp(g->value, value)) continue;
+    (void)snprintf(place, len, "%.400s:%d: ", g->path, g->line);
+    return;
+  }
+}
+
+/* Returns whether a line of a file gives the name; and how many different names all lines give. Not collective. */
+PetscBool MPMOptionsIsPlaced(const char name[])
+{
+  size_t k = last[Bucket(name)];
+
+  while (k && strcasecmp(given[k - 1].name, name)) k = given[k - 1].before;
+  return k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+int MPMOptionsPlaced(void)
+{
+  int n = 0;
+
+  for (size_t k = 0; k < ngiven; k++) {
+    size_t before = given[k].before;
+
+    while (before && strcasecmp(given[before - 1].name, given[k].name)) before = given[before - 1].before;
+    n += !before;
+  }
+  return n;
 }
 
 /* Forgets all places. Not collective. */

@@ -9,12 +9,17 @@
 struct _MPMOptions {
   const MPMVocabulary *table;
   char                 error[MPM_TEXT_LEN];
-  PetscInt             dim, nm, nb, nl, np, nc; /* of the declarations; all but dim are 0 before these */
+  PetscInt             dim, nm, nb, nl, np, nc, ns; /* of the declarations; all but dim are 0 before these */
   char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN], (*probes)[MPM_NAME_LEN],
-      (*contacts)[MPM_NAME_LEN];
+      (*contacts)[MPM_NAME_LEN], (*stages)[MPM_NAME_LEN];
   PetscInt nasked, masked; /* full names that were asked for: number and capacity */
   char (*asked)[MPM_FULL_LEN];
 };
+
+/* Options of stages (stages.c): the option, in `given` itself, that it sets for a stage that is declared, or NULL; refuse one
+   that is none, for which `nearest` is the closest name, or "". The second returns whether it is of a stage. */
+const char *MPMOptionsOfStage(MPMOptions, const char given[]);
+PetscBool   MPMOptionsRefuseOfStage(MPMOptions, const char given[], const char nearest[]);
 
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN]);
 
@@ -30,7 +35,11 @@ const char *MPMOptionsDash(const char text[]);
 void MPMOptionsNote(int file, const char name[], const char value[], const char path[], int line, char error[],
                     size_t len);
 int  MPMOptionsNewFile(void);
+/* Returns whether a name is that of an option, or of it in a stage. */
+PetscBool MPMOptionsIsFor(const char name[], const char option[]);
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
+int  MPMOptionsPlaced(void);
+PetscBool MPMOptionsIsPlaced(const char name[]);
 void MPMOptionsForgetPlaces(void);
 
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
@@ -58,11 +67,21 @@ int MPMOptionsDistance(const char a[], const char b[]);
 extern const char *const MPMFormulaTitle;
 PetscBool                MPMFormulaWord(size_t k, const char **what, const char **meaning);
 
-/* Returns the whole path that an option with the path of a file was read as, or NULL (path.c). */
-const char *MPMOptionsWholePath(const char name[]);
+/* Values with paths of files (path.c). PathOf sets where `file`, named in the value of the option `full`, is; WholeOf makes a
+   path whole, if there is the file. NoteWhole keeps what a value is with whole paths, and WholePath returns it, or NULL. */
+void           MPMOptionsPathOf(const char full[], const char value[], const char file[], char path[MPM_TEXT_LEN]);
+void           MPMOptionsWholeOf(char path[MPM_TEXT_LEN]);
+PetscErrorCode MPMOptionsNoteWhole(const char name[], const char text[], const char with[]);
+const char    *MPMOptionsWholePath(const char name[], const char text[]);
 
-/* Returns what there is instead of what an option of another program is for, if the name `given` has a word of one;
-   else NULL. */
+/* Words of other programs (words.c). AreAlike returns whether two words are the same but for case and for - _ * in them, and
+   HasWord whether a list has the word of n characters. ForeignValue returns what to choose in place of a value of an option,
+   Foreign what there is instead, if an option's name has such a word; or NULL. PrintWords prints the lines of a word, or of
+   all (NULL), and returns how many there are. */
+PetscBool   MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t nb);
+PetscBool   MPMOptionsHasWord(const char words[], const char word[], size_t n);
+const char *MPMOptionsForeignValue(const MPMVocabulary *, const char row[], const char value[]);
 const char *MPMOptionsForeign(const MPMVocabulary *, const char given[]);
+size_t      MPMOptionsPrintWords(const MPMVocabulary *, const char word[], PetscBool titled, PetscBool print);
 
 #endif

@@ -19,6 +19,58 @@ static void CutSource(char line[])
 #endif
 }
 
+/* Options that have another value for a while, as in a stage of a run, and what was given: NULL: nothing. */
+static struct {
+  char *name, *was;
+} *over;
+static size_t nover;
+
+static PetscBool IsOver(const char name[])
+{
+  for (size_t k = 0; k < nover; k++)
+    if (!strcasecmp(over[k].name, name)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Gives an option, a name with its dash, another value until MPMOptionsOverlayEnd; NULL: it is as if it were not given.
+   MPMOptionsText still has what was given. Not collective. */
+PetscErrorCode MPMOptionsOverlay(const char name[], const char *value)
+{
+  char      was[MPM_TEXT_LEN] = "";
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  if (!IsOver(name)) {
+    PetscCall(PetscOptionsGetString(NULL, NULL, name, was, sizeof was, &given));
+    PetscCall(PetscRealloc((nover + 1) * sizeof *over, &over));
+    over[nover].name = over[nover].was = NULL;
+    PetscCall(PetscStrallocpy(name, &over[nover].name));
+    if (given) PetscCall(PetscStrallocpy(was, &over[nover].was));
+    nover++;
+  }
+  if (value)
+    PetscCall(PetscOptionsSetValue(NULL, name, value[0] ? value : NULL));
+  else
+    PetscCall(PetscOptionsClearValue(NULL, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsOverlayEnd(void)
+{
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < nover; k++) {
+    if (over[k].was)
+      PetscCall(PetscOptionsSetValue(NULL, over[k].name, over[k].was[0] ? over[k].was : NULL));
+    else
+      PetscCall(PetscOptionsClearValue(NULL, over[k].name));
+    PetscCall(PetscFree(over[k].name));
+    PetscCall(PetscFree(over[k].was));
+  }
+  PetscCall(PetscFree(over));
+  nover = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns all options as given, as the text of an options file; the caller frees it. Paths of files that a scene is made
    from are whole, so that the run can be repeated from any folder. Not collective. */
 PetscErrorCode MPMOptionsText(char **text)
@@ -45,10 +97,15 @@ PetscErrorCode MPMOptionsText(char **text)
     blank = strchr(line, ' ');
     if (blank) *blank = 0;
     value = blank ? blank + 1 : "";
-    whole = MPMOptionsWholePath(line + 1);
+    if (IsOver(line)) continue;
+    whole = MPMOptionsWholePath(line + 1, value);
     if (whole) value = whole;
     (void)fprintf(out, strchr(value, ' ') ? "%s \"%s\"\n" : value[0] ? "%s %s\n" : "%s%s\n", line, value);
   }
+  for (size_t k = 0; k < nover; k++)
+    if (over[k].was)
+      (void)fprintf(out, strchr(over[k].was, ' ') ? "%s \"%s\"\n" : over[k].was[0] ? "%s %s\n" : "%s%s\n", over[k].name,
+                    over[k].was);
   (void)fclose(out);
   free(view);
   PetscCall(PetscStrallocpy(told, text));

@@ -12,6 +12,7 @@
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
 #include "parallel/contact.h"
+#include "parallel/rest.h"
 #include "physics/rigid.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
@@ -135,17 +136,6 @@ typedef struct {
   PetscBool rest;    /* they were in the last step, so that they are those of the time of positions, and the next kick is half */
 } MPMDamping;
 
-/* Whether the bodies are at rest (step/rest.c). */
-typedef struct {
-  PetscBool on;         /* forces are compared in each step */
-  PetscBool shown;      /* -history_rest */
-  PetscReal limit;      /* -time_rest; 0: a run does not end when the bodies are at rest */
-  PetscReal hold;       /* -time_rest_hold, s; 0: twice the time that a wave needs along the grid */
-  PetscReal unbalanced; /* largest force out of balance on a node over the largest force that acts, in the last step */
-  PetscReal since;      /* s: since when both ratios are below the limit; -1: they are not */
-  PetscBool reached;    /* they have been for long enough: the run ends */
-} MPMRest;
-
 /* The relaxation of volumes (step/volume.c). */
 typedef struct {
   PetscBool fluids, sand; /* whether any of these relaxes */
@@ -203,6 +193,7 @@ typedef struct {
   PetscInt         meets[2];     /* which */
   PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
   PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
+  PetscReal        loads;        /* and by body forces, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;
@@ -227,6 +218,8 @@ struct _MPMCore {
   MPMEnergy       energy;
   MPMDamping      damping;
   MPMRest         rest;
+  MPMChanges      changes;
+  MPMStages       stages;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
   MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */

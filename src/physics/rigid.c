@@ -155,7 +155,7 @@ void MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal mo
   *a = *b = -1;
   for (PetscInt i = 0; i < n && *a < 0; i++)
     for (PetscInt j = 0; j < n && body[i].free && *a < 0; j++) {
-      if (i == j || !MPMRigidTouches(&body[i], &body[j], dim, most)) continue;
+      if (i == j || body[j].gone || !MPMRigidTouches(&body[i], &body[j], dim, most)) continue;
       *a = i;
       *b = j;
     }

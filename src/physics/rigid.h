@@ -17,7 +17,7 @@ typedef struct {
   const MPMRegion *shape;
   PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
-  PetscBool        moves, free;
+  PetscBool        moves, free, gone; /* gone: it has left the scene, and meets nothing */
   PetscBool        tied; /* matter that lies in it moves with it */
   PetscInt         held; /* bits of the faces that are planes of symmetry of a free body: what is in the grid is held there */
   PetscReal        mass, inertia[9], inverse[9]; /* of that part; inverse: of inertia, where it may turn */
@@ -25,6 +25,7 @@ typedef struct {
   PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
   PetscReal       *point;     /* [npoints][3] */
   PetscReal        before[6]; /* velocity and spin as the step began */
+  PetscReal        pushed[3]; /* of a free body: acceleration of the body force at its centre in this step, m/s^2 */
   PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 

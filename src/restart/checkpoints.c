@@ -96,28 +96,16 @@ void MPMCheckpointTotals(char text[MPM_TEXT_LEN])
     (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s ", MPMDiagnostics[q].name);
 }
 
-PetscInt64 MPMCheckpointVolumes(const MPMScene *scene)
-{
-  uint64_t sum = 0;
-
-  for (PetscInt k = 0; k < scene->nkinds; k++) {
-    const PetscReal of[2] = {scene->kinds[k].m, scene->kinds[k].V0};
-    uint64_t        bits[2];
-
-    memcpy(bits, of, sizeof bits);
-    sum = 31 * (31 * sum + bits[0]) + bits[1];
-  }
-  return (PetscInt64)sum;
-}
-
 void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
 {
   const MPMVariable table[] = {
       {"step", MPM_VARIABLE_INT, 1, &c->step, MPM_KEPT},
       {"time", MPM_VARIABLE_REAL, 1, &c->t, MPM_KEPT},
       {"particles", MPM_VARIABLE_INT64, 1, &c->total, MPM_KEPT},
+      {"stage", MPM_VARIABLE_INT, 1, &c->stage, MPM_KEPT},
+      {"stage_began", MPM_VARIABLE_REAL, 1, &c->began, MPM_KEPT},
       {"shapes", MPM_VARIABLE_INT64, 1, &c->shapes, MPM_KEPT},
-      {"volumes", MPM_VARIABLE_INT64, 1, &c->volumes, MPM_KEPT},
+      {"kinds", MPM_VARIABLE_INT64, 1, &c->kinds, MPM_KEPT},
       {"snapshots", MPM_VARIABLE_INT, 1, &c->snapshots, MPM_KEPT},
       {"history_length", MPM_VARIABLE_INT64, 1, &c->history_length, MPM_KEPT},
       {"history_sum", MPM_VARIABLE_INT64, 1, &c->history_sum, MPM_KEPT},
@@ -137,8 +125,10 @@ static void SetHeader(MPMCheckpoint *c)
   c->step           = c->core->step;
   c->t              = c->core->t;
   c->total          = c->core->particles.total;
+  c->stage          = c->core->stages.now;
+  c->began          = c->core->stages.began;
   c->shapes         = c->scene->shapes;
-  c->volumes        = MPMCheckpointVolumes(c->scene);
+  c->kinds          = MPMRestartKinds(c->scene);
   c->snapshots      = c->output->count;
   c->history_length = c->monitor->length; /* of the first process, which writes */
   c->history_sum    = (PetscInt64)MPMMonitorSum(c->monitor, c->scene, c->monitor->length);
@@ -189,6 +179,7 @@ static PetscErrorCode Now(MPMCheckpoint *c)
   PetscInt       n, *numbers;
   PetscLogDouble t0, t1;
   PetscReal      bytes;
+  MPMTotals      totals;
   PetscMPIInt    rank;
   char           path[MPM_TEXT_LEN], before[MPM_TEXT_LEN], fault[MPM_TEXT_LEN];
 
@@ -201,6 +192,8 @@ static PetscErrorCode Now(MPMCheckpoint *c)
   c->last   = core->step;
   if (c->every > 0) c->next = MPMNextTime(core->t, c->every);
   PetscCall(PetscFree(numbers));
+  PetscCall(MPMTotalsCompute(c->scene, core, &totals));
+  core->changes.strain = totals.sum[MPM_SHOWS_strain_energy][0];
   SetHeader(c);
   MPMCheckpointHeader(c, &header);
   c->list(c->run, &kept);
@@ -296,6 +289,13 @@ PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMCheckpointAgain(MPMCheckpoint *c)
+{
+  PetscFunctionBeginUser;
+  if (!c->off) PetscCall(Now(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* --- Options -------------------------------------------------------------------------------------------------------- */
 
 PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
@@ -307,7 +307,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "checkpoint_every", NULL, &c->every, &every));
   PetscCall(MPMOptionsReal(o, "checkpoint_wall", NULL, &c->wall, &wall));
   PetscCall(MPMOptionsInt(o, "checkpoint_keep", NULL, &c->keep, NULL));
-  c->wanted = (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
+  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
   c->next   = MPMNextTime(0, c->every);
   PetscCall(PetscTime(&c->written));
 #if !defined(PETSC_HAVE_HDF5)

@@ -27,14 +27,14 @@ enum { /* the components of the quantities of particles */
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_REST_QUANTITY(name)
+#define MPM_ASKED_QUANTITY(name, uses, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_WALL_QUANTITY(name, unit, nc)

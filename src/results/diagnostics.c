@@ -250,12 +250,10 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
-PetscReal MPMShownKineticShare(const MPMTotals *totals)
+/* Returns the work of loads and body forces, of those on free rigid bodies too. */
+static PetscReal Loads(const MPMShown *s)
 {
-  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
-                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
-
-  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+  return s->now->energy[MPM_ENERGY_loads] + s->core->rigids.loads;
 }
 
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
@@ -267,7 +265,7 @@ PetscReal MPMShownWork(const MPMShown *s)
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
   const PetscReal  part = s->core->implicit ? 0 : 0.5;
-  PetscReal        work = s->now->energy[MPM_ENERGY_loads] + s->core->half + s->core->rigids.energy[0];
+  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
@@ -285,7 +283,7 @@ PetscReal MPMShownResidual(const MPMShown *s)
 }
 
 VALUE(energy_residual, MPMShownResidual(s))
-VALUE(load_work, s->now->energy[MPM_ENERGY_loads])
+VALUE(load_work, Loads(s))
 VALUE(energy_gravity, s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
 VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
 VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])
@@ -310,7 +308,7 @@ static PetscReal Value_energy_integration(const MPMShown *s)
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
          Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
          Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
-         Value_energy_rigid(s);
+         Value_energy_rigid(s) - s->core->changes.energy;
 }
 
 VALUE(newton_iterations, s->core->implicit->newton)
@@ -318,6 +316,7 @@ VALUE(linear_iterations, s->core->implicit->krylov)
 VALUE(steps_cut, s->core->implicit->failed)
 VALUE(force_unbalanced, s->core->implicit->residual)
 
+VALUE(stage, (PetscReal)s->core->stages.now)
 VALUE(unbalanced, s->core->rest.unbalanced)
 VALUE(kinetic_share, MPMShownKineticShare(s->now))
 
@@ -340,6 +339,8 @@ static PetscReal Value_particles(const MPMShown *s)
 #define AXIAL     MPM_SHOW_AXIAL
 #define ASKED     MPM_SHOW_ASKED
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
+#define REST      MPM_SHOW_REST
+#define STAGED    MPM_SHOW_STAGED
 #define SHOWN     MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -350,8 +351,8 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
   {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
-#define MPM_REST_QUANTITY(name)                                                                                        \
-  {#name, "", "1", "", MPM_SHOW_COLUMN | MPM_SHOW_REST, 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
+#define MPM_ASKED_QUANTITY(name, uses, whole)                                                                                        \
+  {#name, "", "1", "", MPM_SHOW_COLUMN | (uses), 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
@@ -359,7 +360,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
@@ -371,14 +372,14 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_REST_QUANTITY(name)
+#define MPM_ASKED_QUANTITY(name, uses, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
@@ -438,7 +439,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
                  (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
                  (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
                  (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
-                 (uses & MPM_SHOW_REST && !core->rest.shown)
+                 (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

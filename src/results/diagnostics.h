@@ -10,14 +10,14 @@ enum {
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                              MPM_SHOWS_##name,
-#define MPM_REST_QUANTITY(name)                                                             MPM_SHOWS_##name,
+#define MPM_ASKED_QUANTITY(name, uses, whole)                                                             MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 #undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
@@ -59,7 +59,8 @@ enum {
   MPM_SHOW_RIGID     = 2048,
   MPM_SHOW_FREE      = 4096,
   MPM_SHOW_STATIC    = 8192,
-  MPM_SHOW_REST      = 16384
+  MPM_SHOW_REST      = 16384,
+  MPM_SHOW_STAGED    = 32768
 };
 typedef struct {
   const char *name, *word, *unit, *components;
@@ -117,7 +118,13 @@ PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 
 /* Returns the kinetic energy, that of free rigid bodies too, over the strain energy; infinite where there is no strain. */
-PetscReal MPMShownKineticShare(const MPMTotals *);
+static inline PetscReal MPMShownKineticShare(const MPMTotals *totals)
+{
+  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
+                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
+
+  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+}
 
 /* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
    change of the energy less that work, J. */

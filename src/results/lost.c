@@ -7,7 +7,7 @@
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_REST_QUANTITY(name)
+#define MPM_ASKED_QUANTITY(name, uses, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
 _Static_assert(0
 #include "results/diagnostics.def"
@@ -19,7 +19,7 @@ _Static_assert(0
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_STATIC_QUANTITY
-#undef MPM_REST_QUANTITY
+#undef MPM_ASKED_QUANTITY
 
 PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
 {

@@ -73,7 +73,7 @@ static PetscErrorCode Head(const MPMMonitor *mon, const MPMCore *core, char **te
     }
   }
   for (PetscInt k = 0; k < mon->measures.n; k++) fprintf(f, ",%s", mon->measures.column[k].name);
-  fprintf(f, "\n");
+  fprintf(f, "%s\n", mon->more ? mon->more : "");
   (void)fclose(f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,10 +122,17 @@ PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *
         &core->print,
         "%s is not there, or is not that of the run up to the checkpoint: the history begins with this restart", path));
   else if (!rank) {
+    char *head;
+    int   number = truncate(path, length) ? errno : 0;
+
     mon->length = length;
-    if (truncate(path, length) || !(mon->file = fopen(path, "a")))
-      (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+    PetscCall(Head(mon, core, &head));
+    if (!number) number = MPMHistoryJoin(path, head, &mon->more, &mon->nmore, &mon->length, &mon->joined);
+    if (!number && !(mon->file = fopen(path, "a"))) number = errno;
+    if (number) (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(number));
+    free(head);
   }
+  PetscCallMPI(MPI_Bcast(&mon->joined, 1, MPM_MPI_BOOL, 0, core->exchange.data));
   PetscCall(MPMOutputFail(core, fault, &mon->failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -167,6 +174,7 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *
     }
     for (PetscInt k = 0; !number && k < mon->measures.n; k++)
       fprintf(mon->file, mon->measures.column[k].whole ? ",%.0f" : ",%.17g", (double)mon->measures.value[k]);
+    for (PetscInt k = 0; !number && k < mon->nmore; k++) fprintf(mon->file, ",nan");
     if (!number) {
       fprintf(mon->file, "\n");
       number = Fault(mon->file);
@@ -218,7 +226,7 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
   for (PetscInt d = core->grid.round ? 1 : 0; d < core->grid.dim; d++) { /* along r momentum is not kept */
     const PetscReal mass_time = now->sum[MPM_SHOWS_mass][0] * core->kicked + now->sum[MPM_SHOWS_lost_mass_time][0];
     const PetscReal change    = MPMShownEver(now, MPM_SHOWS_momentum, d) - start->sum[MPM_SHOWS_momentum][d] -
-                             mass_time * core->params.gravity[d];
+                             mass_time * core->params.gravity[d] - core->changes.impulse[d];
 
     change2 += change * change;
   }
@@ -285,6 +293,7 @@ PetscErrorCode MPMMonitorDestroy(MPMMonitor *mon)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMMeasuresDestroy(&mon->measures));
+  free(mon->more);
   if (mon->file) (void)fclose(mon->file);
   mon->file = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

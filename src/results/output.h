@@ -23,7 +23,15 @@ typedef struct {
   MPMTotals   start, now;   /* of step 0, and of the last check or line */
   long        length;       /* bytes of the complete lines in the file */
   PetscBool   failed;       /* it could not be written: no more lines are */
+  char       *more;         /* on the first process: ",name" of each column of an earlier part that this one does not have; */
+  PetscInt    nmore;        /* how many; */
+  PetscBool   joined;       /* the file was written anew to have the columns of both */
 } MPMMonitor;
+
+/* Gives a history the columns `head` and then those of its own that are not among these: `more`, as MPMMonitor has them,
+   which the caller frees; if it has not got them, it is written anew, with *length bytes, and *other is set (join.c).
+   Returns 0, or errno. Not collective. */
+int MPMHistoryJoin(const char path[], const char head[], char **more, PetscInt *nmore, long *length, PetscBool *other);
 
 /* Reads the options of the history and its checks; *follow is -history_energy, damped is whether there is damping of all motion. The first fault is left in the options.
    Not collective. */
@@ -107,8 +115,8 @@ void MPMOutputClear(const MPMOutput *, const MPMScene *, PetscBool beyond);
    exchange.data. */
 PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
 
-/* Write the index <name>.h5 and the text <name>.xdmf for the snapshots so far: to new files, which are then renamed, so
-   that both are complete at every moment. The first process writes; *fault, on this process, says what went wrong
+/* Write the index <name>.h5 and the texts <name>.xdmf ... for the snapshots so far: to new files, which are then renamed, so
+   that all are complete at every moment. The first process writes; *fault, on this process, says what went wrong
    (index.c, xdmf.c). Collective on exchange.data. */
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMXdmfWrite(MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);

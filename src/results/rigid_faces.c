@@ -88,7 +88,7 @@ PetscErrorCode MPMRigidWrite(const MPMOutput *out, const MPMCore *core, MPMFile 
   PetscCall(MPMFileWrite(file, (*set)++, 0, 9 * r->n, value));
   for (PetscInt b = 0; b < r->n; b++)
     for (PetscInt k = out->first[b] * dim; k < out->first[b + 1] * dim; k++)
-      Moved(&r->body[b], dim, out->faces.corner + k * dim, value + 3 * k);
+      Moved(&r->body[b], dim, out->faces.corner + (r->body[b].gone ? out->first[b] * dim : k) * dim, value + 3 * k);
   PetscCall(MPMFileWrite(file, (*set)++, 0, 3 * corners, value));
   for (PetscInt k = 0; k < corners; k++) value[k] = (PetscReal)k;
   PetscCall(MPMFileWrite(file, (*set)++, 0, corners, value));

@@ -278,8 +278,10 @@ static PetscErrorCode PrintLost(MPM mpm)
   if (particles->total == particles->born) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print,
                      "lost       %" PetscInt64_FMT " of %" PetscInt64_FMT
-                     " particles left the grid and were removed, with %.3g of %.3g kg, momentum (",
-                     particles->born - particles->total, particles->born, (double)now->sum[MPM_SHOWS_lost_mass][0],
+                     " particles %s, with %.3g of %.3g kg, momentum (",
+                     particles->born - particles->total, particles->born,
+                     particles->removed ? "left with their bodies or left the grid" : "left the grid and were removed",
+                     (double)now->sum[MPM_SHOWS_lost_mass][0],
                      (double)mpm->monitor.start.sum[MPM_SHOWS_mass][0]));
   for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
     PetscCall(MPMPrint(&mpm->core.print, "%s%.3g", d ? ", " : "", (double)now->sum[MPM_SHOWS_lost_momentum][d]));

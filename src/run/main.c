@@ -5,7 +5,7 @@ static PetscErrorCode Read(MPM mpm, MPMOptions options)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMSetFromOptions(mpm, options));
-  if (!MPMOptionsError(options))
+  if (!MPMOptionsError(options) && !mpm->checkpoint.other)
     PetscCall(MPMNotes(&mpm->core, &mpm->scene, &mpm->monitor, &mpm->output, &mpm->report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -77,11 +77,16 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
-  (void)snprintf(by, sizeof by, framed ? "-method_frame total" : "-method_preset %s", mpm->preset->name);
+  (void)snprintf(by, sizeof by,
+                 !strcmp(time, "static") ? "-method_time static"
+                 : framed                ? "-method_frame total"
+                                         : "-method_preset %s",
+                 mpm->preset->name);
   (void)snprintf(use, sizeof mpm->watch.use, "%s",
-                 !framed             ? "-method_preset balanced"
-                 : mpm->preset_given ? "-method_preset balanced -method_frame updated"
-                                     : "-method_frame updated");
+                 !strcmp(time, "static") ? "-method_time explicit with -damping_time"
+                 : !framed               ? "-method_preset balanced"
+                 : mpm->preset_given     ? "-method_preset balanced -method_frame updated"
+                                         : "-method_frame updated");
   for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
     PetscCall(MPMOptionsRefuse(o, updated[k].name, updated[k].neutral, by, updated[k].why));
   for (PetscInt k = 0; k < scene->nmaterials; k++)

@@ -59,8 +59,10 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   if (mpm->report.phases) mpm->report.no_phases = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_processes", NULL, &mpm->report.processes));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
+  PetscCall(MPMStagesSetFromOptions(scene, o));
   PetscCall(MPMCheckpointSetFromOptions(&mpm->checkpoint, o));
   PetscCall(MPMRestartSetFromOptions(&mpm->checkpoint, mpm->time.end, o));
+  if (mpm->checkpoint.other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFinish(o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -71,6 +73,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMReadOptions(mpm, o));
+  if (mpm->checkpoint.other) PetscFunctionReturn(PETSC_SUCCESS);
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o) && mpm->scene.meets) PetscCall(MPMPointsOverlap(&mpm->scene, &mpm->core, o));
@@ -119,6 +122,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   const PetscInt   shown = MPMDiagnosticReads(rows, core);
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(core->changes.gravity, core->params.gravity, 3));
   MPMWallsDerive(&scene->walls);
   MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;
@@ -216,7 +220,6 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (core->implicit) PetscCall(MPMStaticCreate(core));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
-    if (mpm->checkpoint.starts) core->damping.rest = PETSC_TRUE; /* the first kick of leapfrog is half of one */
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
     if (!core->implicit) PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
@@ -283,6 +286,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchState(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, &mpm->monitor));
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
+    PetscCall(MPMReportForecast(&mpm->report, core, &mpm->time, &mpm->monitor, &mpm->output, &mpm->cost));
     PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */

@@ -102,6 +102,9 @@ MPM_INLINE PetscBool MPMEnds(const MPM mpm)
   return mpm->core.t >= mpm->time.end || mpm->core.rest.reached ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Makes the runs of all stages, one after the other (stages.c). Collective on PETSC_COMM_WORLD. */
+PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status), int *status);
+
 /* Lists the variables of a run, an MPM, at this moment (state.c). Not collective. */
 void MPMStateList(void *run, MPMVariables *);
 

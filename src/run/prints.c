@@ -15,6 +15,10 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   char            initial[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  if (core->stages.n)
+    PetscCall(MPMPrint(&core->print, "stage      %s, %" PetscInt_FMT " of %" PetscInt_FMT ": t from %g to %g s%s\n",
+                       scene->stages[core->stages.now - 1], core->stages.now, core->stages.n, (double)core->stages.began,
+                       (double)mpm->time.end, core->rest.limit > 0 ? ", or to rest" : ""));
   PetscCall(MPMReportScene(core, scene));
   PetscCall(MPMReportBodies(core, scene));
   MPMInitialTell(scene, initial);
@@ -23,7 +27,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own: %s of the file stand aside",
+    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   if (core->implicit)
@@ -43,7 +47,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));
   PetscCall(MPMMethodWarnings(core, scene, &mpm->method, &mpm->time, f.dt));
   PetscCall(MPMDoubtsWarn(core, scene, &mpm->method, &mpm->time, &f));
-  PetscCall(MPMUnlikelyNote(core, scene, &mpm->time, &mpm->monitor, seconds));
+  PetscCall(MPMUnlikelyNote(core, scene, &mpm->time, &mpm->monitor, &f));
   if (scene->dry_run) PetscCall(MPMPrint(&core->print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

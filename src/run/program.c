@@ -8,10 +8,16 @@ static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscE
 {
   MPM        mpm;
   MPMOptions options;
+  PetscBool  staged;
   char       fault[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMRerun(fault));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-stages", &staged));
+  if (staged && !fault[0]) {
+    PetscCall(MPMStagesRun(read, run, status));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
   if (fault[0])

@@ -9,6 +9,8 @@ _Static_assert(offsetof(MPMReactions, work) - offsetof(MPMReactions, impulse) ==
 _Static_assert(offsetof(struct MPMStatic, failed) - offsetof(struct MPMStatic, newton) == 3 * sizeof(PetscInt),
                "the counts of static steps are 4 numbers in sequence");
 
+_Static_assert(sizeof(MPMChanges) == 8 * sizeof(PetscReal), "what changes gave are 8 numbers");
+
 void MPMStateList(void *run, MPMVariables *v)
 {
   MPM         mpm   = run;

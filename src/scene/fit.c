@@ -90,3 +90,15 @@ void MPMFitTell(const MPMBody *b, const MPMGrid *grid, PetscReal volume, char te
   for (PetscInt d = 1; ppc && d < grid->dim && text[n - 1] == ')'; d++, n = strlen(text))
     (void)snprintf(text + n - 1, MPM_TEXT_LEN - n + 1, ",%" PetscInt_FMT ")", ppc);
 }
+
+void MPMFitPlace(const MPMBody *b, PetscBool huge, char text[], size_t len)
+{
+  const char *first = MPMRegionParameters[b->region.type];
+
+  if (b->region.type == MPM_REGION_stl && huge)
+    (void)snprintf(text, len, "; if its file is in mm, give -body_%s_scale 0.001", b->name);
+  else if (b->region.type == MPM_REGION_stl)
+    (void)snprintf(text, len, "; -body_%s_scale and -body_%s_shift change its size and place", b->name, b->name);
+  else
+    (void)snprintf(text, len, "; see -body_%s_%.*s, -grid_lower and -grid_upper", b->name, (int)strcspn(first, " "), first);
+}

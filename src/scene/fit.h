@@ -10,4 +10,7 @@
 PetscReal MPMFitVolume(const MPMBody *, PetscInt dim);
 void      MPMFitTell(const MPMBody *, const MPMGrid *, PetscReal volume, char text[MPM_TEXT_LEN]);
 
+/* Writes what places a body, and what to do if it is far too large for the grid. */
+void MPMFitPlace(const MPMBody *, PetscBool huge, char text[], size_t len);
+
 #endif

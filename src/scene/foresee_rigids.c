@@ -43,11 +43,11 @@ static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMR
   const PetscReal h = MPMGridSmallestH(grid);
 
   for (PetscInt i = 0; i < rigids->n; i++) {
-    if (body[i].free || !body[i].moves || left[i] < PETSC_INFINITY) continue;
+    if (body[i].free || !body[i].moves || body[i].gone || left[i] < PETSC_INFINITY) continue;
     if (Left(&body[i], grid)) left[i] = t;
     for (PetscInt j = 0; j < rigids->n && !(rigids->meet < PETSC_INFINITY); j++) {
       const PetscInt  at = i * rigids->n + j;
-      const PetscReal by = i == j || body[j].free ? 0
+      const PetscReal by = i == j || body[j].free || body[j].gone ? 0
                                                   : PetscMax(Depth(&body[i], &body[j], grid->dim),
                                                              Depth(&body[j], &body[i], grid->dim));
 

@@ -204,9 +204,11 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++)
     if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
-      MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
-                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
-                     (double)core->grid.upper[d]);
+      MPMOptionsFail(o,
+                     "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g; see "
+                     "-body_%s_shape",
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core->grid.lower[d],
+                     (double)core->grid.upper[d], b->name);
   if (b->rigid == MPM_RIGID_FREE || others > 0 || b->region.type == MPM_REGION_sphere) {
     MPMRigidMassOf(&b->region, dim, core->grid.round, &m);
     if (core->grid.round && lower[0] < 0) m.center[0] = 0;
@@ -369,7 +371,7 @@ PetscErrorCode MPMSceneEvaluateRigids(const MPMScene *scene, PetscInt dim, Petsc
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && r; k++) {
     const MPMBody *b = &scene->bodies[k];
 
-    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
+    if (b->rigid == MPM_RIGID_MOVING && !r->gone) PetscCall(Evaluate(b, dim, t, r->velocity, r->spin));
     if (b->rigid != MPM_RIGID_NONE) r++;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -389,6 +391,7 @@ PetscErrorCode MPMSceneCheckRigids(const MPMScene *scene, MPMCore *core, PetscRe
     const char *what = NULL;
     PetscReal   aside;
 
+    if (scene->bodies[k].removed) continue;
     if (scene->bodies[k].rigid == MPM_RIGID_MOVING) PetscCall(IsFinite(&scene->bodies[k], core->grid.dim, t, &what));
     if (what)
       (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name,

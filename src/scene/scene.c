@@ -278,6 +278,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
   PetscCall(MPMOptionsNames(o, "probes", &scene->nprobes, &scene->probes));
   PetscCall(MPMOptionsNames(o, "contacts", &scene->ncontacts, &scene->contacts));
+  PetscCall(MPMOptionsNames(o, "stages", &scene->nstages, &scene->stages));
   PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
   for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
   PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
@@ -286,6 +287,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
   if (!MPMOptionsError(o)) MPMOptionsDeclareOthers(o, scene->nprobes, scene->probes, scene->ncontacts, scene->contacts);
+  if (!MPMOptionsError(o)) MPMOptionsDeclareStages(o, scene->nstages, scene->stages);
   if (MPMOptionsError(o))
     PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* so that a misspelt -dim is named, not missed */
   else
@@ -376,6 +378,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->memo));
   PetscCall(PetscFree(scene->probes));
   PetscCall(PetscFree(scene->contacts));
+  PetscCall(PetscFree(scene->stages));
   PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

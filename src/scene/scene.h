@@ -24,6 +24,7 @@ typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
+  PetscBool     removed;                /* it has left at a restart (-remove) */
   PetscBool     alone;                  /* a shape that cuts others, of material none, or rigid; it has no particles */
   PetscInt      copy;                   /* of the grid's nodes that its particles use */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
@@ -108,6 +109,8 @@ typedef struct {
 
   PetscInt nprobes; /* names of the probes; what they show is left to the output */
   char (*probes)[MPM_NAME_LEN];
+  PetscInt nstages; /* names of the stages */
+  char (*stages)[MPM_NAME_LEN];
   PetscInt ncontacts; /* names of the contacts */
   char (*contacts)[MPM_NAME_LEN];
 } MPMScene;

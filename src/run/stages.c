@@ -1,0 +1,171 @@
+/* stages.c - a run in parts (-stages): each is a run of its own, which goes on from the checkpoint at the end of the one
+   before, with the options of its stage. All of them are read before the first step. */
+#include <strings.h>
+#include "run/mpm.h"
+
+/* What is known of the run in stages. */
+typedef struct {
+  char     *text;                      /* the options as given */
+  PetscInt  n;
+  char      names[MPM_TEXT_LEN];       /* of the stages */
+  PetscReal began;                     /* when the present stage begins, s */
+  char      checkpoint[MPM_TEXT_LEN];  /* that it goes on from; "": what -restart_file says */
+} Stages;
+
+/* Sets name to that of stage k = 1 .. n, and returns how long it lasts, s; all: of all stages. */
+static PetscReal TimeOf(const Stages *s, PetscInt k, char name[MPM_NAME_LEN], PetscReal *all)
+{
+  PetscReal time = 0;
+  char      list[MPM_TEXT_LEN], *save = NULL;
+
+  (void)snprintf(list, sizeof list, "%s", s->names);
+  *all = 0;
+  for (char *word = strtok_r(list, ", ", &save); word; word = strtok_r(NULL, ", ", &save), k--) {
+    char option[2 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+
+    (void)snprintf(option, sizeof option, "-stage_%.100s_time", word);
+    (void)MPMOptionsFindIn(s->text, option, value);
+    *all += strtod(value, NULL);
+    if (k != 1) continue;
+    time = strtod(value, NULL);
+    (void)snprintf(name, MPM_NAME_LEN, "%.*s", MPM_NAME_LEN - 1, word);
+  }
+  return time;
+}
+
+/* Lets the options be those of stage k. Intervals of output are parts of the time of all stages, where none is given. */
+static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
+{
+  char     *options, name[MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  PetscReal all;
+  const struct {
+    const char *name;
+    PetscReal   value;
+  } times[] = {{"-time_end", s->began + TimeOf(s, k, name, &all)}, {"-output_every", all / 20}, {"-history_every", all / 100}};
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsOverlayEnd());
+  PetscCall(MPMStagesOptions(s->text, k, &options));
+  PetscCall(MPMStagesOverlay(s->text, options));
+  for (size_t j = 0; j < sizeof times / sizeof times[0]; j++) {
+    char given[MPM_TEXT_LEN];
+
+    (void)snprintf(value, sizeof value, "%.15g", (double)times[j].value); /* as one would write it: 0.3, not 0.1 + 0.2 */
+    if ((!j && strtod(value, NULL) > 0) || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
+        !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
+      PetscCall(MPMOptionsOverlay(times[j].name, value));
+  }
+  if (s->checkpoint[0]) PetscCall(MPMOptionsOverlay("-restart_file", s->checkpoint));
+  PetscCall(PetscFree(options));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes an empty run of stage k. */
+static PetscErrorCode Make(const Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMCreate(PETSC_COMM_WORLD, mpm));
+  PetscCall(MPMOptionsCreate(&MPMOptionTable, o));
+  (*mpm)->core.stages = (MPMStages){k, s->n, s->began};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the fault of a stage; only the first is without a name, where its options are those that were given. */
+static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
+{
+  char      name[MPM_NAME_LEN] = "";
+  PetscReal all;
+
+  PetscFunctionBeginUser;
+  (void)TimeOf(s, k, name, &all);
+  PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "",
+                         MPMOptionsError(o)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the options of all stages, without what a checkpoint says. */
+static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
+{
+  char      name[MPM_NAME_LEN], checkpoint[MPM_TEXT_LEN];
+  PetscReal all;
+
+  PetscFunctionBeginUser;
+  *good = PETSC_TRUE;
+  (void)snprintf(checkpoint, sizeof checkpoint, "%s", s->checkpoint);
+  for (PetscInt k = 1; k <= s->n && *good; k++) {
+    MPM        mpm;
+    MPMOptions o;
+
+    PetscCall(SetOptions(s, k));
+    PetscCall(MPMOptionsOverlay("-restart_file", NULL));
+    PetscCall(Make(s, k, &mpm, &o));
+    if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
+    PetscCall(MPMReadOptions(mpm, o));
+    *good = MPMOptionsError(o) ? PETSC_FALSE : PETSC_TRUE;
+    if (!*good) PetscCall(Tell(s, k, o));
+    s->began += TimeOf(s, k, name, &all);
+    PetscCall(MPMOptionsDestroy(&o));
+    PetscCall(MPMDestroy(&mpm));
+  }
+  s->began = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes stage k, or finds in *k which one the checkpoint is of, if it is another. *ended: it has come to its end. */
+static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MPMOptions),
+                          PetscErrorCode (*run)(MPM, int *), int *status, PetscBool *ended)
+{
+  MPM        mpm;
+  MPMOptions o;
+
+  PetscFunctionBeginUser;
+  *ended = PETSC_FALSE;
+  PetscCall(SetOptions(s, *k));
+  PetscCall(Make(s, *k, &mpm, &o));
+  mpm->checkpoint.follows = s->checkpoint[0] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(read(mpm, o));
+  if (mpm->checkpoint.other) {
+    *k       = mpm->checkpoint.stage;
+    s->began = mpm->checkpoint.began;
+  } else if (MPMOptionsError(o)) {
+    PetscCall(Tell(s, *k, o));
+    *status = MPM_EXIT_INPUT;
+  } else {
+    PetscCall(run(mpm, status));
+    *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm) ? PETSC_TRUE : PETSC_FALSE;
+    PetscCallMPI(MPI_Bcast(ended, 1, MPM_MPI_BOOL, 0, PETSC_COMM_WORLD)); /* workers of a pool know nothing of it */
+    s->began = mpm->core.t;
+    (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s", mpm->checkpoint.path[0] ? mpm->checkpoint.path : mpm->checkpoint.from);
+    PetscCallMPI(MPI_Bcast(&s->began, 1, MPIU_REAL, 0, PETSC_COMM_WORLD));
+    PetscCallMPI(MPI_Bcast(s->checkpoint, sizeof s->checkpoint, MPI_CHAR, 0, PETSC_COMM_WORLD));
+    if (*ended) ++*k;
+  }
+  PetscCall(MPMOptionsDestroy(&o));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *), int *status)
+{
+  Stages    s     = {0};
+  PetscInt  k     = 1;
+  PetscBool ended = PETSC_TRUE, good;
+  char      list[MPM_TEXT_LEN], *save = NULL;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsText(&s.text));
+  (void)MPMOptionsFindIn(s.text, "-stages", s.names);
+  (void)snprintf(list, sizeof list, "%s", s.names);
+  for (char *word = strtok_r(list, ", ", &save); word; word = strtok_r(NULL, ", ", &save)) s.n++;
+  PetscCall(ReadAll(&s, &good));
+  if (!good) *status = MPM_EXIT_INPUT;
+  while (good && k <= s.n && *status == MPM_EXIT_OK) {
+    const PetscInt was = k;
+
+    PetscCall(One(&s, &k, read, run, status, &ended));
+    if (k == was) break; /* it stopped, or was not to run */
+  }
+  PetscCall(MPMOptionsOverlayEnd());
+  PetscCall(PetscFree(s.text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,187 @@
+"""A run in stages has the bits of a chain of restarts by hand, on any number of processes; it has one history and goes on from
+any of its checkpoints; what may not change in a stage is refused before the first step.
+
+usage: test_stages.py PEBBLE SOURCE MPIEXEC
+"""
+import glob
+import os
+import shutil
+
+import numpy as np
+
+import check
+
+check.arguments(__doc__, 0)
+
+BASE = """\
+-dim 2
+-gravity 0,-9.81
+-grid_lower 0,0
+-grid_upper 1.6,1
+-grid_h 0.05,0.05
+-bc_xmin_type slip
+-bc_xmax_type moving
+-bc_xmax_velocity 0,0
+-bc_ymin_type fixed
+-materials soil
+-material_soil_model druckerprager
+-material_soil_rho 1800
+-material_soil_E 2e6
+-material_soil_nu 0.3
+-material_soil_friction_angle 30
+-material_soil_fit plane_strain
+-material_soil_cohesion 5e3
+-bodies soil,lid,gate
+-body_soil_shape box
+-body_soil_lower 0,0
+-body_soil_upper 0.8,0.6
+-body_soil_material soil
+-body_lid_shape box
+-body_lid_lower 0.1,0.6
+-body_lid_upper 0.6,0.8
+-body_lid_material soil
+-body_gate_shape box
+-body_gate_lower 0.8,0
+-body_gate_upper 1,0.8
+-body_gate_rigid fixed
+-history_every 0.004
+-output_every 0.03
+"""
+STAGES = """\
+-stages settle,cut,shake
+-stage_settle_time 2
+-stage_settle_time_rest 1e-2
+-stage_settle_damping_kinetic
+-stage_cut_time 0.05
+-stage_cut_damping_kinetic default
+-stage_cut_remove gate,lid
+-stage_cut_material_soil_cohesion 10
+-stage_shake_time 0.06
+-stage_shake_gravity 3,-9.81
+-stage_shake_bc_xmax_type slip
+-stage_shake_bc_xmax_velocity default
+-stage_shake_method_transfer flip
+"""
+WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
+check.write("base.opts", BASE)
+check.write("staged.opts", BASE + STAGES)
+
+
+def run(scene, folder, *more, way=1):
+    return check.pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
+
+
+def digests(told):
+    return [line.split()[1] for line in told.out.splitlines() if line.startswith("digest ")]
+
+
+def without_stage(folder):
+    """The history without its column stage, and that column."""
+    lines = [line.split(",") for line in check.content(f"{folder}/staged.csv").decode().splitlines()]
+    k = lines[0].index("stage")
+    return [line[:k] + line[k + 1:] for line in lines], [line[k] for line in lines[1:]]
+
+
+def by_hand():
+    """The chain of restarts, as one would write it."""
+    def part(end, *more):
+        told = check.pebble("-options_file", "base.opts", "-output_dir", "hand", "-output_name", "staged", "-checkpoint_every", 1e30, "-checkpoint_keep", 10, "-time_end", end, *more)
+        check.need(told.good, told.said[-500:])
+        return told.digest, float(check.rows("hand/staged.csv")[-1]["time"])
+    check.folder("hand")
+    cut = ["-remove", "gate,lid", "-material_soil_cohesion", 10, "-restart_file", "latest"]
+    first, t = part(2, "-damping_kinetic", "-time_rest", "1e-2")
+    second, t = part(f"{t + 0.05:.15g}", *cut)
+    text = check.content("base.opts").decode().replace("-bc_xmax_velocity 0,0\n", "")
+    check.write("base.opts", text.replace("xmax_type moving", "xmax_type slip"))
+    third, t = part(f"{t + 0.06:.15g}", *cut, "-gravity", "3,-9.81", "-method_transfer", "flip")
+    check.write("base.opts", BASE)
+    return [first, second, third]
+
+
+def same():
+    hand = by_hand()
+    whole = run("staged.opts", "one")
+    check.that(digests(whole) == hand and len(set(hand)) == 3, f"three stages have the digests of restarts by hand: {digests(whole)} {hand}")
+    rows, stage = without_stage("one")
+    by = [line.split(",") for line in check.content("hand/staged.csv").decode().splitlines()]
+    check.that(rows == by, "and their history, each number of it")
+    check.that(sorted(set(stage)) == ["1", "2", "3"] and stage == sorted(stage), "with a column stage, which the history by hand does not have")
+    snapshots = [os.path.basename(path) for path in sorted(glob.glob("one/staged.snapshots/*.h5"))]
+    check.that(snapshots == [os.path.basename(path) for path in sorted(glob.glob("hand/staged.snapshots/*.h5"))] and len(snapshots) > 4, f"and its {len(snapshots)} snapshots")
+    for way in (2, 3, "pool"):
+        other = run("staged.opts", "many", way=way)
+        check.that(digests(other) == hand and check.content("many/staged.csv") == check.content("one/staged.csv"), f"the same digests and history on {way}")
+    check.that("(-time_rest)" in whole.out and whole.out.count("stage      ") == 3, "each stage is told: " + whole.find("^(stage .*shake.*)$"))
+    again = check.pebble("-rerun", "one/staged.h5", "-output_dir", check.folder("rerun"))
+    check.that(digests(again) == hand, f"-rerun of the results repeats all stages: {digests(again)} {again.err.strip()}")
+
+
+def goes_on():
+    """A run that ends in any stage goes on from there."""
+    whole, csv = digests(run("staged.opts", "one")), check.content("one/staged.csv")
+    steps = [int(row["step"]) for row in check.rows("one/staged.csv")]
+    stage = [row["stage"] for row in check.rows("one/staged.csv")]
+    ends = [max(s for s, k in zip(steps, stage) if k == which) for which in "123"]
+    for stop in (ends[0] - 20, ends[0] + 10, ends[1], ends[1] + 7):
+        check.folder("stop")
+        run("staged.opts", "stop", "-time_max_steps", stop)
+        told = run("staged.opts", "stop", "-restart_file", "latest", way=2)
+        check.that(digests(told)[-1] == whole[-1] and check.content("stop/staged.csv") == csv, f"stopped at step {stop}, stage {1 + (stop > ends[0]) + (stop > ends[1])}: the same end {told.err.strip()}")
+    done = run("staged.opts", "stop", "-restart_file", "latest")
+    check.that(digests(done) == whole[-1:] and check.content("stop/staged.csv") == csv, "a run that has ended has nothing to do")
+    alone = check.pebble("-options_file", "base.opts", "-output_dir", "hand", "-output_name", "staged", "-restart_file", "hand/staged-checkpoint-1.h5", "-time_end", 2)
+    staged = run("staged.opts", "hand", "-restart_file", "hand/staged-checkpoint-1.h5")
+    check.that(alone.good and staged.status == 2 and "is of no stage of this run" in staged.err, staged.err.strip())
+    shutil.copy(sorted(glob.glob("one/staged-checkpoint-*.h5"))[-1], "last.h5")
+    after = check.pebble("-options_file", "base.opts", "-output_dir", "after", "-restart_file", "last.h5", "-time_end", 2, "-remove", "gate,lid", "-material_soil_cohesion", 10,
+                         "-gravity", "3,-9.81", "-method_transfer", "flip", "-time_max_steps", ends[2] + 5)
+    check.that(after.good and "changed options" in after.out and "gravity" not in after.find("^restart +changed options: (.*)$"), "a run without stages goes on from the last one, and knows its options")
+
+
+def checked():
+    """Faults of any stage are told before the first step."""
+    for add, words in (("-stage_cut_grid_h 0.1,0.1", "-stage_cut_grid_h: -grid_h may not change in a stage"), ("-stage_cut_output_name x", "-stage_cut_output_name: -output_name may not change in a stage, since all stages share it"),
+                       ("-stage_settle_grid_h 0.1,0.1", "-stage_settle_grid_h: -grid_h may not change in a stage; give -grid_h"),
+                       ("-stage_shake_gravty 0,1", "-stage_shake_gravty is not an option of this scene; did you mean -stage_shake_gravity ?"),
+                       ("-stage_shake_hocus_pocus_fidibus 1", "-stage_shake_hocus_pocus_fidibus is not an option of this scene; a stage takes options that may change, such as -stage_shake_gravity"),
+                       ("-stage_shak_gravity 0,1", "-stage_shak_gravity is not an option of this scene: -stages declares the names of stages, and this one is not among them"),
+                       ("-stage_shake_gravity 0,x", "stage shake: fault.opts:45: -gravity 0,x"), ("-stage_cut_material_soil_yield 3", "stage cut: fault.opts:46: -material_soil_yield does not apply"),
+                       ("-stage_shake_remove soil", "stage shake: -remove gate,lid,soil: no particle would be left"), ("-stage_settle_remove lid", "-stage_settle_remove does not apply: nothing can leave before the first stage"),
+                       ("-time_end 3", "-time_end does not apply with -stages: each lasts -stage_<s>_time"), ("-stage_cut_time_end 3", "-stage_cut_time_end does not apply: a stage lasts -stage_cut_time"),
+                       ("-stage_cut_bc_xmin_type periodic\n-stage_cut_bc_xmax_type periodic\n-stage_cut_bc_xmax_velocity default", "may not change; a wall cannot become or cease to be periodic or a piston"),
+                       ("-stage_cut_method_time static", "stage cut: "), ("-stage_cut_check_energy 0.1", "stage cut: fault.opts:46: -check_energy does not apply")):
+        keys = {line.split()[0] for line in add.split("\n")}
+        check.write("fault.opts", BASE + "".join(line + "\n" for line in STAGES.splitlines() if line.split()[0] not in keys) + add + "\n")
+        for more in ([], ["-dry_run"]):
+            told = run("fault.opts", check.folder("fault"), *more)
+            check.that(told.status == 2 and len(told.lines) == 1 and words in told.err and "digest" not in told.out and not os.listdir("fault"), f"{add!r} {' '.join(more)}: {told.err.strip()}")
+    check.write("fault.opts", BASE + STAGES.replace("-stage_cut_time 0.05\n", ""))
+    told = run("fault.opts", check.folder("fault"))
+    check.that(told.status == 2 and "-stage_cut_time is required" in told.err, told.err.strip())
+    check.write("fault.opts", BASE + "-stages a,a_b\n-stage_a_time 1\n-stage_a_b_time 2\n-stage_a_b_gravity 1,0\n")
+    told = run("fault.opts", check.folder("fault"), "-dry_run")
+    check.that(told.status == 0, f"of stages a and a_b the longer name counts: {told.err.strip()}")
+    check.write("fault.opts", BASE + "-time_end 1\n-stage_a_time 1\n")
+    told = run("fault.opts", check.folder("fault"))
+    check.that(told.status == 2 and "-stage_a_time is not an option of this scene: -stages declares the names of stages" in told.err, told.err.strip())
+    dry = run("staged.opts", check.folder("dry"), "-dry_run")
+    check.that(dry.status == 0 and "the scene is valid" in dry.out and not os.path.exists("dry/staged.csv"), "-dry_run checks all stages, and makes no step")
+
+
+def statics():
+    """Statics to a motion, in two stages."""
+    text = BASE.replace("-bodies soil,lid,gate", "-bodies soil,lid").replace("-bc_xmax_type moving\n-bc_xmax_velocity 0,0\n", "").replace("druckerprager", "neohookean")
+    text = "".join(line + "\n" for line in text.splitlines() if "gate" not in line and "friction" not in line and "fit" not in line and "cohesion" not in line)
+    check.write("static.opts", text + "-method_frame total\n-stages weight,push\n-stage_weight_time 1\n-stage_weight_method_time static\n-stage_push_time 0.05\n-stage_push_method_time explicit\n-stage_push_gravity 2,-9.81\n")
+    told = run("static.opts", "static")
+    rows = check.history("static/static.csv")
+    check.that(told.good and rows["kinetic_energy"][rows["stage"] == 1].max() == 0 and rows["kinetic_energy"][-1] > 0, f"statics, then a push: {told.err.strip()}")
+    check.that(not np.isnan(rows["newton_iterations"][0]) and np.isnan(rows["newton_iterations"][-1]), "columns of statics end with their stage")
+
+
+same()
+goes_on()
+checked()
+statics()
+check.end()
