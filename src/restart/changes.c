@@ -43,10 +43,13 @@ static PetscBool SameValue(const char a[], const char b[])
 }
 
 /* Returns why an option whose name may change may not change from one value to the other, or NULL. */
-static const char *Never(const char row[], const char was[], const char is[])
+static const char *Never(const MPMCheckpoint *c, const char row[], const char was[], const char is[])
 {
   static const char *const lasting[] = {"periodic", "piston"};
 
+  if (c->was_implicit && !c->core->implicit && (!strcmp(row, "method_frame") || !strcmp(row, "method_preset"))) return NULL;
+  if (c->core->grid.total && (!strcmp(row, "method_basis") || !strcmp(row, "method_wall_basis")))
+    return "; in the total frame the state is on the nodes of the basis";
   if (!strcmp(row, "method_time") && !strcasecmp(is, "static"))
     return "; a motion cannot become statics, only statics a motion";
   for (size_t k = 0; k < 2 && !strcmp(row, "bc_<f>_type"); k++)
@@ -63,14 +66,11 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
   char               *text = c->differ;
   const size_t        n    = strlen(text);
   const char         *why;
-  char                time[MPM_TEXT_LEN];
 
   if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
-  if (!was && !strcmp(row->name, "method_frame") && MPMOptionsFindIn(c->options, "-method_time", time) &&
-      !strcasecmp(time, "static"))
-    was = "total"; /* statics are in it */
+  if (!was && !strcmp(row->name, "method_frame") && c->was_implicit) was = "total"; /* they are in it */
   if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
-  why = Never(row->name, was ? was : row->fallback, is ? is : row->fallback);
+  why = Never(c, row->name, was ? was : row->fallback, is ? is : row->fallback);
   if (why)
     MPMOptionsFail(o, "%s%.500s%s%.100s %s%.200s %s and %s%.200s in this %s; it may not change%s",
                    c->from[0] ? "-restart_file " : "", c->from, c->from[0] ? ": " : "", name,
@@ -86,7 +86,7 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
     (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
                    is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
   if (ActsOf(row->name) == MPM_ACTS) c->changed = PETSC_TRUE;
-  if (!strcmp(row->name, "method_time")) c->was_static = PETSC_TRUE;
+  if (!strcmp(row->name, "method_time") && was && !strcasecmp(was, "static")) c->was_static = PETSC_TRUE;
 }
 
 PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
@@ -96,6 +96,7 @@ PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
   char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  if (MPMOptionsFindIn(c->options, "-method_time", value) && strcasecmp(value, "explicit")) c->was_implicit = PETSC_TRUE;
   PetscCall(MPMOptionsText(&given));
   PetscCall(MPMStagesOptions(given, c->core->stages.now, &here));
   PetscCall(PetscFree(given));
