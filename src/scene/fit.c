@@ -90,3 +90,17 @@ void MPMFitTell(const MPMBody *b, const MPMGrid *grid, PetscReal volume, char te
   for (PetscInt d = 1; ppc && d < grid->dim && text[n - 1] == ')'; d++, n = strlen(text))
     (void)snprintf(text + n - 1, MPM_TEXT_LEN - n + 1, ",%" PetscInt_FMT ")", ppc);
 }
+
+void MPMFitRefuse(MPMOptions o, const MPMGrid *grid, const MPMBody *b)
+{
+  const PetscReal volume = MPMFitVolume(b, grid->dim);
+  char            why[MPM_TEXT_LEN];
+
+  if (!(volume > 0)) {
+    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s", b->name,
+                   b->region.others ? ", once others have cut it" : "");
+    return;
+  }
+  MPMFitTell(b, grid, volume, why);
+  MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it; %.1500s", b->name, why);
+}

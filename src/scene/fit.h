@@ -10,4 +10,7 @@
 PetscReal MPMFitVolume(const MPMBody *, PetscInt dim);
 void      MPMFitTell(const MPMBody *, const MPMGrid *, PetscReal volume, char text[MPM_TEXT_LEN]);
 
+/* Refuses a body that has no particles, and says why it has none. Not collective. */
+void MPMFitRefuse(MPMOptions, const MPMGrid *, const MPMBody *);
+
 #endif
