@@ -170,7 +170,7 @@ coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERA
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bare := $(widths:%=$(BUILD)/bare_%)
-bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: all sizes, 40
+bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: also 10^7 particles
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare --flags="$(strip $(flags))" \
@@ -255,7 +255,7 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)
 
 pages: $(PEBBLE) $(BUILD)/predict
 	@$(python) tools/report/constants.py --pebble $(program) --predictor $(BUILD)/predict
-	@$(python) tools/report/report.py --pebble $(program)
+	@$(python) tools/report/report.py
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)

@@ -3,20 +3,24 @@
     import pebble_mpm as pebble
     result = pebble.run("options/disks.opts", grid_cells=(40, 40), time_end=0.5)
     result.history["total_energy"]              # a column of the history, a NumPy array
-    result.snapshots[-1].particles["stress"]    # of the last snapshot, in the order of the particles' ids
+    result.snapshots[-1].particles.stress       # of the last snapshot, in the order of the particles' ids
     result.digest, result.time, result.steps, result.warnings
+    results = pebble.sweep("options/disks.opts", dt_cfl=[0.2, 0.4], material_soft_E=[500, 1000])     # four runs
 
 Options have the names that `pebble -help` prints, without the minus. A run that is refused or stops raises an Error
 whose text is Pebble's own line. pebble.load("output/disks") reads the files of an earlier run."""
 
+import concurrent.futures
 import contextlib
 import functools
+import itertools
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 
 import h5py
@@ -48,7 +52,10 @@ def find_program():
     ]
     found = next((path for path in places if os.path.isfile(path)), shutil.which("pebble"))
     if not found:
-        raise FileNotFoundError("no program pebble: build it by make, name it by the variable PEBBLE, or give program=")
+        raise FileNotFoundError(
+            "there is no program pebble beside this module, nor in PATH: build it by make in the folder of Pebble, and "
+            "repeat `pip install .` there, or name it by the environment variable PEBBLE, or by program="
+        )
     return os.path.abspath(found)
 
 
@@ -69,8 +76,17 @@ def words(options):
 # ---- Files
 
 
+class History(dict):
+    """{column: values} of a history; columns are attributes too."""
+
+    def __getattr__(self, name):
+        if name not in self:
+            raise AttributeError(f"no column {name} in the history; there are {', '.join(self)}")
+        return self[name]
+
+
 class Fields(Mapping):
-    """The fields of a group of a snapshot: read when they are asked for."""
+    """The fields of a group of a snapshot: read when they are asked for, by name or as attributes."""
 
     def __init__(self, path, group, order=None, keep=None):
         self.path, self.group, self.order, self._keep = path, group, order, keep
@@ -79,6 +95,11 @@ class Fields(Mapping):
         with h5py.File(self.path) as file:
             values = file[self.group][name][:]
             return values if self.order is None else values[np.argsort(file[self.group][self.order][:], kind="stable")]
+
+    def __getattr__(self, name):
+        if name.startswith("_") or name not in self:
+            raise AttributeError(f"no field {name}" + ("" if name.startswith("_") else f"; there are {', '.join(self)}"))
+        return self[name]
 
     def __iter__(self):
         with h5py.File(self.path) as file:
@@ -145,7 +166,7 @@ def read_history(path):
     with open(path, encoding="utf-8") as file:
         names = file.readline().rstrip("\n").split(",")
     values = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2).reshape(-1, len(names))
-    return {name: values[:, k] for k, name in enumerate(names)}
+    return History((name, values[:, k]) for k, name in enumerate(names))
 
 
 # ---- Runs
@@ -153,10 +174,11 @@ def read_history(path):
 
 class Result:
     """What a run left: status, out and err, which it printed; and what was read from that and from its files,
-    folder/name.*."""
+    folder/name.*. options: those that were given to run()."""
 
     def __init__(self, folder, name, status=0, out="", err="", keep=None):
         self.folder, self.name, self.status, self.out, self.err = folder, name, status, out, err
+        self.options = {}
         self._keep = keep  # a temporary folder, which lasts as long as the result and its snapshots
 
     def path(self, end):
@@ -164,7 +186,7 @@ class Result:
 
     @functools.cached_property
     def history(self):
-        """{column: NumPy array} of the history."""
+        """{column: NumPy array} of the history; columns are attributes too."""
         return read_history(self.path(".csv"))
 
     @functools.cached_property
@@ -300,7 +322,7 @@ def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=
         if isinstance(scene, (str, os.PathLike))
         else list(map(str, scene))
     )
-    known, keep = dict(zip(given, given[1:])), None
+    known, keep, asked = dict(zip(given, given[1:])), None, options
     name = (
         options.get("output_name")
         or known.get("-output_name")
@@ -314,9 +336,69 @@ def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=
         options = options | {"output_dir": place, "output_name": name}
     command = [program or find_program(), *given, *words(options)]
     result = Result(place and str(place), name, *start(command, processes, timeout), keep)
+    result.options = asked
     if check and result.status:
         raise Error(result.line, result)
     return result
+
+
+class Bar:
+    """A bar of progress on standard error, with the time left."""
+
+    def __init__(self, total, shown):
+        self.total, self.shown, self.done, self.start = total, shown, 0, time.monotonic()
+        self.draw()
+
+    def draw(self):
+        if not self.shown:
+            return
+        spent = time.monotonic() - self.start
+        left = f", {spent * (self.total - self.done) / self.done:.0f} s left" if 0 < self.done < self.total else ""
+        full = 30 * self.done // max(1, self.total)
+        line = f"[{'#' * full}{'.' * (30 - full)}] {self.done} of {self.total} runs, {spent:.0f} s{left}"
+        print(f"\r{line:<78}", end="" if self.done < self.total else "\n", file=sys.stderr, flush=True)
+
+    def step(self):
+        self.done += 1
+        self.draw()
+
+
+def sweep(scene=None, workers=None, progress=None, processes=1, folder=None, check=True, **options):
+    """Runs a scene with each combination of the values of options that are lists, several runs at a time; returns their
+    Results in sequence, the last list varying fastest. result.options has the options of each.
+
+    workers   runs at a time; None: as many as there are cores for
+    progress  a bar on standard error; None: if that is a terminal or a notebook
+    folder    for the files: of run k they are in folder/k
+    check     False: runs that are refused or stop return their results as others do; else, after all, the first such
+              Error is raised
+    options   a list has the values to try, a tuple is one value: grid_cells=[(8, 8), (16, 16)]; others as in run()
+    """
+    lists = {name: values for name, values in options.items() if isinstance(values, (list, range, np.ndarray))}
+    cases = [options | dict(zip(lists, values)) for values in itertools.product(*lists.values())]
+    workers = workers or max(1, len(os.sched_getaffinity(0)) // processes)
+    if progress is None:
+        progress = sys.stderr.isatty() or "ipykernel" in sys.modules
+    bar = Bar(len(cases), progress)
+
+    def one(k):
+        place = None if folder is None else os.path.join(folder, str(k))
+        return run(scene, processes, place, check=False, **cases[k])
+
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        runs = [pool.submit(one, k) for k in range(len(cases))]
+        try:
+            for _ in concurrent.futures.as_completed(runs):
+                bar.step()
+        except BaseException:  # Ctrl-C: those that have not begun do not
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    results = [done.result() for done in runs]
+    wrong = next((result for result in results if result.status), None)
+    if check and wrong:
+        given = ", ".join(f"{name}={wrong.options[name]}" for name in lists)
+        raise Error(f"with {given}: {wrong.line}" if given else wrong.line, wrong)
+    return results
 
 
 def load(path):

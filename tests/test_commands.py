@@ -50,7 +50,6 @@ NOT_RUN = [
     (r"mpiexec -n \d+ --bind-to", "needs a machine with that many cores"),
     (r"mpiexec --oversubscribe -n 32", "32 processes with millions of particles"),
     (r"GLIBC_TUNABLES=|.* \[-name value \.\.\.\]$", "a sketch: ... stands for a scene or for options"),
-    (r"PEBBLE_VECTOR=4 valgrind", "needs valgrind and the reader's scene"),
     (r"ctest --test-dir", "a test cannot run the tests"),
 ]
 # What differs from run to run, or from machine to machine: of a printed line, what is left of it (None: nothing), and why.
@@ -58,6 +57,7 @@ VARIES = [
     (r"^(phase|  [A-Z_0-9]+|  (other|all|phase)|output|speed|memory)\b.* .*", None, "measured times and memory"),
     (r"^model .*", None, "whether there is a calibration"),
     (r"^note .*\b(cores|processes take turns)\b.*", None, "said on machines with few cores only"),
+    (r"^predict +after .*", None, "by measured times"),
     (r"^(predict +\d+ steps).*", r"\1", "the predicted time"),
     (r"^(done .*), in .*", r"\1", "the measured time"),
     (r"^(checkpoint .*), .* to write.*", r"\1", "the measured time"),
@@ -286,7 +286,8 @@ def strange(text, known):
         if word.endswith(("*", "_")):
             found = any(name.startswith(word.rstrip("*_")) for name in known)
         else:
-            found = word in MISSPELT or any(pattern.fullmatch(word) for pattern in known.values())
+            own = re.sub(r"^stage_[a-z0-9]+_", "", word)  # any option may be of a stage
+            found = word in MISSPELT or any(pattern.fullmatch(word) or pattern.fullmatch(own) for pattern in known.values())
         if not found:
             lost.append(word)
     return lost

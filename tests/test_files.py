@@ -76,6 +76,7 @@ def part_own():
     refused("the same, the snapshots alone", "-output_replace false: out/disks.h5 is there; give another -output_name or -output_dir", "-output_replace", "false")
     os.remove("out/disks.h5")
     os.remove("out/disks.xdmf")
+    os.remove("out/disks.grid.xdmf")
     refused("the same, a snapshot", "-output_replace false: out/disks.snapshots/step_00000", "-output_replace", "false")
     check.that(run("-time_max_steps", "2", "-output_replace", "false", "-output_format", "none").good, "a run without snapshots replaces none")
     os.link("out/disks.csv", "out/kept.csv")
@@ -102,7 +103,7 @@ def part_own():
     os.remove("here/output/disks.png")
     left = {name: sorted(tree(name)) for name in ("home", "tmp")} | {"here": sorted(os.listdir("here"))}
     check.that(told.good and left == {"home": [], "tmp": [], "here": ["output"]}, f"nothing is written outside of the folder of results: {left}")
-    check.that(sorted(os.listdir("here/output")) == ["disks.csv", "disks.h5", "disks.snapshots", "disks.xdmf"], f"what is in it: {sorted(os.listdir('here/output'))}")
+    check.that(sorted(os.listdir("here/output")) == ["disks.csv", "disks.grid.xdmf", "disks.h5", "disks.snapshots", "disks.xdmf"], f"what is in it: {sorted(os.listdir('here/output'))}")
 
 
 # ---- Reading what is there

@@ -82,6 +82,51 @@ def matches(word, title, line):
     return re.search(rf"(?<![a-z0-9]){re.escape(word)}{end}", f"{title.partition(':')[0]}\n{line}", re.I)
 
 
+def others_words():
+    """(words, option or None, text) of the rows of run/words.def: of MPM_ALIAS the option is None and the text the end of a name."""
+    with open(os.path.join(check.source, "src/run/words.def"), encoding="utf-8") as file:
+        for kind, words, rest in re.findall(r'^MPM_(WORD|ALIAS)\("([^"]*)", (.*)\)$', file.read(), re.M):
+            rest = [text.replace('\\"', '"') for text in re.findall(r'"((?:[^"\\]|\\.)*)"', rest)]
+            yield words.split(), rest[0] if kind == "WORD" else None, rest[-1]
+
+
+DISK = {"material_<m>_": "material_soft_", "body_<b>_": "body_disk1_", "bc_<f>_": "bc_ymax_", "load_<l>_": "load_l_"}
+
+
+def judge_word(row):
+    """What is wrong with a row of words.def: its first word and another one in -help, the last one in a refusal."""
+    words, option, text = row
+    if option is None:
+        lines = [check.pebble("-help", word) for word in words[-1:]]
+        return next((f"-help {words}: {run.err}" for run in lines if run.status or f"{text} <" not in run.out), None)
+    for word in {words[0], random.Random(words[0]).choice(words)}:
+        said = check.pebble("-help", word)
+        if said.status or f"  {word}{', of -' * bool(option)}{option}: {text}\n" not in said.out:
+            return f"-help {word}: {said.out[-300:]} {said.err}"
+    more = ["-loads", "l", "-load_l_body", "disk1", "-load_l_type", "pressure", "-load_l_value", "1"]
+    for word in words[-1:]:
+        name = f"new_{word}"
+        if option:
+            name = next((option.replace(group, here) for group, here in DISK.items() if group in option), option)
+        run = check.pebble("-options_file", check.scene("disks"), *(more if "load_" in option else []), f"-{name}", word)
+        if run.status != 2 or len(run.lines) != 1 or (not run.lines[0].endswith("; " + text) and not (not option and "did you mean" in run.lines[0])):
+            return f"-{name} {word}: {run.status} {run.err[:300]}"
+    return None
+
+
+def words_of_others():
+    """Each word of another program is answered by -help, and where it is refused."""
+    rows = list(others_words())
+    each = [(word, option) for words, option, _ in rows if option is not None for word in words]
+    check.that(len(set(each)) == len(each) > 500, f"{len(each)} words in {len(rows)} rows, twice: {sorted({one for one in each if each.count(one) > 1})}")
+    taken = [option for _, option, _ in rows if option and not re.search(rf"^  -{re.escape(option)} ", check.must("-help", option.split("_")[0]).out, re.M)]
+    check.that(not taken, f"options that words.def names are there: {taken}")
+    for wrong in check.at_once(judge_word, rows):
+        check.fault(wrong)
+    whole = check.must("-help", "words").out
+    check.that(all(" ".join(words) in whole for words, option, _ in rows if option is not None), "-help words lists all")
+
+
 def asked_for(words):
     """-help with words prints the lines of -help that have all of them, below the titles of their groups, and no other."""
     run = check.pebble("-help", *words)
@@ -89,7 +134,9 @@ def asked_for(words):
     expected = {title: lines for title, lines in expected.items() if lines}
     if not expected:
         return None if run.status == 2 and len(run.lines) == 1 and not run.out else f"-help {words}: status {run.status}, {run.lines[:2]}"
-    return None if run.status == 0 and not run.err and groups_of("\n\n" + run.out.lstrip("\n")) == expected else f"-help {words}: {run.out[:300]}"
+    found = groups_of("\n\n" + run.out.lstrip("\n"))
+    found.pop("words of other programs", None)
+    return None if run.status == 0 and not run.err and found == expected else f"-help {words}: {run.out[:300]}"
 
 
 def help_of_words():
@@ -98,9 +145,8 @@ def help_of_words():
     WHOLE = groups_of(check.must("-help").out)
     check.need(sum(map(len, WHOLE.values())) > 150, "-help has its groups")
     lines = [line for group in WHOLE.values() for line in group]
-    with open(os.path.join(check.source, "src/run/vocabulary.c"), encoding="utf-8") as file:
-        aliases = set(re.findall(r'^    \{"(\w+)", "\w+"\},', file.read(), re.M))
-    words = sorted({word.lower() for line in lines for word in re.findall(r"[A-Za-z0-9]+", line)} - aliases - {"petsc"})
+    others = {word for words, *_ in others_words() for word in words}
+    words = sorted({word.lower() for line in lines for word in re.findall(r"[A-Za-z0-9]+", line)} - others - {"petsc", "words"})
     some = random.Random(22).sample(words, 60) + ["wall", "dt", "e", "WALLS", "body_", "checkpoint_every", "s^2", "-dry"]
     pairs = [(a, b) for a, b in zip(some[::2], some[1::2])]
     for wrong in check.at_once(asked_for, [(word,) for word in some if word[0] != "-"] + pairs[:10] + [("wall", "friction"), ("cell", "pool")]):
@@ -188,6 +234,16 @@ def included():
     check.must("-options_file", scene("over.opts", "-time_end 0.01"))
     end = check.rows("output/over.csv")[-1]["time"]
     check.that(float(end) == 0.01, f"the file that names another overrides it: time_end {end}")
+    check.write("first.opts", ["-time_end 0.01"])
+    check.write("second.opts", ["-time_end 0.02"])
+    for words, right in ((["first.opts", "second.opts"], 0.02), (["second.opts", "first.opts"], 0.01)):
+        check.must("-options_file", check.scene("disks"), *(word for name in words for word in ("-options_file", name)), "-output_name", "two")
+        check.that(float(check.rows("output/two.csv")[-1]["time"]) == right, f"of two files the second counts: {words}")
+    check.must("-options_file", check.write("late.opts", ["-time_end 0.02", "-options_file over.opts"]), "-output_name", "late")
+    check.that(float(check.rows("output/late.csv")[-1]["time"]) == 0.01, "lines of a file that another names override the lines above that")
+    check.folder("sub")
+    run = check.pebble("-options_file", check.write("sub/outer.opts", ["-options_file inside.opts"]))
+    check.that(run.status == 2 and run.lines == ["sub/outer.opts:1: -options_file inside.opts: No such file or directory; this path starts at the folder in which the program was started"], f"paths of files: {run.lines}")
     run = check.pebble("-options_file", scene("twice.opts", "-time_end 0.01", "-time_end 0.02"), "-dry_run")
     check.that(run.status == 2 and run.lines == ["twice.opts:3: -time_end 0.02 contradicts -time_end 0.01 of line 2; remove one of them"],
                f"two lines of a file that contradict each other: {run.lines}")
@@ -224,6 +280,7 @@ if __name__ == "__main__":
     os.chdir("help")
     help_of_words()
     os.chdir("..")
+    words_of_others()
     formulas()
     vocabulary()
     included()

@@ -114,11 +114,13 @@ def check_xdmf(path, steps, times, history):
     info = reader.GetOutputInformation(0)
     found = info.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
     check.need(close(found, times, 1e-15), f"VTK finds the times {found}, not {times}")
+    nodes = vtkXdmfReader()
+    nodes.SetFileName(path.replace(".xdmf", ".grid.xdmf"))
+    nodes.UpdateInformation()
     for step, time in zip(steps, times):
         reader.UpdateTimeStep(time)
-        blocks = leaves(reader.GetOutputDataObject(0))
-        points = [block for block in blocks if block.IsA("vtkPointSet") and not block.IsA("vtkStructuredGrid")]
-        grids = [block for block in blocks if block not in points]
+        nodes.UpdateTimeStep(time)
+        points, grids = leaves(reader.GetOutputDataObject(0)), leaves(nodes.GetOutputDataObject(0))
         check.need(len(points) == 1 and len(grids) == 1, f"VTK finds {len(points)} sets of points, {len(grids)} grids")
         particles, data = step["particles"], points[0].GetPointData()
         check.need(points[0].GetNumberOfPoints() == len(particles["id"]), "VTK finds another number of points")

@@ -73,10 +73,10 @@ def judge(case):
     """What is wrong with a case, or None; and the notes."""
     label, (scene, *words), note = case
     given = {**SCENES[scene], **{key[1:]: value for key, value in zip(words[::2], words[1::2])}}
-    run = dry({key: value for key, value in given.items() if value != "none" or key == "initial_stress"}, "case")
-    found = told(run)
+    run = dry({key: value.lower() if value == "NONE" else value for key, value in given.items() if value != "none" or key == "initial_stress"}, "case")
+    found = told(run) + run.lines * bool(run.status)
     if not any(re.fullmatch(note[1:], line) if note[0] == "~" else line == note for line in found):
-        return f"{label}: exit status {run.status}, {found} {run.err[:300]}, not {note}", found
+        return f"{label}: exit status {run.status}, {found}, not {note}", found
     return None, found
 
 

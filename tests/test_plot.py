@@ -143,6 +143,11 @@ for name, words in (("disks", ("--field", "stress_yy", "--below", "none")), ("di
                f"{name} {' '.join(words)}")
 check.that(picture("bar") is not None, "a picture in 1-D")
 status, out, err = call(plot, "disks.h5", "-o", "p.png", "--times", "1.13", "--below", "none")
+check.that(out == "p.png   1 snapshots\n", f"what was written is told: {out}")
+for program, name in ((plot, "p.png"), (movie, "p.gif")):
+    status, out, err = call(program, "disks.h5", "-o", name, "--times", "1", "--xlim", "-0.5,0.5", "--ylim", "-.25,1")
+    check.that(status == 0 and out.startswith(name), f"limits below 0: {out}{err}")
+status, out, err = call(plot, "disks.h5", "-o", "p.png", "--times", "1.13", "--below", "none")
 check.that(status == 0 and "--times 1.13: the nearest snapshot is of 1.0" in err, f"a time without a snapshot: {err.strip()}")
 
 with h5py.File("disks.h5") as file:
@@ -192,6 +197,26 @@ for name, words in (("rigid", ("--times", "0,0.5")), ("rigid3d", ("--times", "0"
     drawing.draw_rigid = kept
     changed = (one != other).any(-1)
     check.that(changed.sum() > 30 and np.ptp(one[changed], axis=-1).max() < 60, f"{name} {' '.join(words)}: rigid bodies are {changed.sum()} grey pixels")
+
+# ---- Every column of a history has a unit; curves and their axis have names
+check.must("-options_file", check.scene("taylor3d"), "-time_max_steps", "1", "-output_format", "none", "-output_name", "columns", "-history_bodies", "all", "-history_body_quantities", "all", "-history_walls", "all",
+           "-history_energy", "-probes", "p,q", "-probe_p_particle", "3", "-probe_p_fields", "all,error_indicator", "-probe_q_at", "0,0,0", "-probe_q_fields", "all", *common)
+check.must("-options_file", check.scene("roll"), "-time_max_steps", "1", "-output_format", "none", "-output_name", "rolls", *common)
+names = {name for file in ("columns", "rolls") for name in check.history(f"{file}.csv")}
+check.that(len(names) > 90 and all(map(plot.unit_of, names)), f"{len(names)} columns have units; without: {[name for name in names if not plot.unit_of(name)]}")
+for columns, label, curves in ((["reaction_ymin_y"], "reaction ymin y [N]", ["reaction ymin y"]), (["mass"], "mass [kg]", ["mass"]), (["momentum_x", "momentum_y"], "[kg m/s]", ["momentum x", "momentum y"]),
+                               (["mass", "momentum_x"], "value, in the unit of its name", ["mass [kg]", "momentum x [kg m/s]"])):
+    figure, axes = plot.plt.subplots()
+    plot.draw_curves(axes, drawing.read_run("disks.h5", "speed"), {name: np.ones(3) for name in ("time", *columns)}, columns, None)
+    check.that(axes.get_ylabel() == label and [line.get_label() for line in axes.lines if line.get_label()[0] != "_"] == curves, f"{columns}: axis {axes.get_ylabel()}")
+    plot.plt.close(figure)
+
+# ---- Flowing soil is not drawn as needles, solids as they are
+run = {"options": {"bodies": "a,b", "body_a_material": "s", "body_b_material": "r", "material_s_model": "druckerprager", "material_r_model": "neohookean"}}
+needles = np.array([[[9.0, 0], [0, 1 / 9]], [[2, 1], [0, 1]]])
+drawn = drawing.rounded(needles, 3)
+check.that(drawing.flows(run, 0) and not drawing.flows(run, 1) and np.allclose(np.linalg.det(drawn), np.linalg.det(needles)) and
+           np.allclose(np.linalg.svd(drawn)[1][0], [3**0.5, 3**-0.5]) and np.allclose(drawn[1], needles[1]), "needles are drawn 3 times as long as wide, with their area")
 
 # ---- Known curves: units, places, and a picture with points in their colour
 check.write("known.csv", "# source: a book\n# front: x in 0.5 s, y in 2 m\nwhere,style,label,x,y\nfront,points,measured,1,0.25\nfront,points,measured,2,0.3\nt=0.75,line,surface,0.1,0.1\nt=0.75,line,surface,0.9,0.9\n")

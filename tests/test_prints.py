@@ -5,7 +5,10 @@ usage: test_prints.py PEBBLE SOURCE MPIEXEC (some | rest)
 
 some: of the scenes whose steps are counted a third, and of the pools less than half; rest: the others
 """
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 
@@ -77,6 +80,26 @@ def phases():
         check.that(re.search(TABLE, check.must(*DISKS, *short, "-report_phases", "-parallel_strategy", strategy, n=n).out, re.M), f"{strategy} on {n}")
 
 
+def later():
+    """A run that takes more than a second says so by its first steps; tools/bench.py reads what was predicted and measured."""
+    command = [check.program, *DISKS, "-dt_size", "1e-7", "-history_every", "1e9", "-output_dir", "later"]
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=check.mpi.ENVIRONMENT | dict(os.environ))
+    told = next((line for line in process.stdout if line.startswith("predict    after")), "")
+    process.kill()
+    process.wait()
+    check.mpi.keep(told)
+    found = re.fullmatch(r"predict    after (\S+) s: (\S+) more steps of (\S+) s, about (\S+) (\w+?)s? in all with output\n", told)
+    check.need(found, f"the time by the first steps: {told}")
+    spent, left, step, number, unit = float(found[1]), float(found[2]), float(found[3]), float(found[4]), found[5]
+    check.that(left > 5e5 and 0.9 < number * UNITS[unit] / (spent + left * step) < 1.2, f"it is what is left times the time of a step, and what was: {told.strip()}")
+    sys.path.insert(0, os.path.join(check.source, "tools", "bench"))
+    import predicted
+
+    text = "scene      a   10 particles (4+6)\npredict    20 steps of 0.1 s: about 2 seconds without\n%sdone       40 steps, t=3 s, in 5.5 s\nspeed      2e6 ns/particle/step, 1\n"
+    check.that(predicted.of(text % "") == (0.8, 2.0) and predicted.of(text % "predict    after 0.1 s: 30 more steps of 0.1 s, about 3 seconds in all with output\n") == (5.5, 3.0) and
+               predicted.of("done") is None, "what make bench reads")
+
+
 def dry():
     """A dry run: phases with the time of a step and of all; other numbers of processes only with -report_processes."""
     plain = check.must(*DISKS, "-dry_run").out
@@ -132,6 +155,6 @@ def pool():
     check.fault(None if REST or set(noted) == {True, False} else "one remedy was not told")
 
 
-for part in (words, steps, pool) if REST else (words, steps, phases, dry, pool):
+for part in (words, steps, pool) if REST else (words, steps, phases, later, dry, pool):
     part()
 check.end()

@@ -580,7 +580,7 @@ def use_node():
                 check.that(run.digest == digest and all((grid[name] == alone[name]).all() for name in grid), f"{scene}, {update}, {way}: {', '.join(grid)} have the same bits")
     said = check.must("-options_file", check.scene("disks"), "-time_max_steps", "1", "-dm_view").out
     check.that("\nUnknowns of a node of more sums: room stretch_x stretch_y stretch_z none none none none\n" in said and " cauchy_0 cauchy_1" in said, "-dm_view names them")
-    text = check.content("output/node.xdmf").decode()
+    text = check.content("output/node.grid.xdmf").decode()
     check.that(all(f'Name="{name}" AttributeType="{kind}"' in text for name, kind in (("mass", "Scalar"), ("room", "Scalar"), ("v", "Vector"), ("stretch", "Vector"), ("cauchy", "Tensor6"))), "the XDMF file has them")
 
 

@@ -270,7 +270,7 @@ def options():
     check.that(check.content("keep/bar-checkpoint-1.h5") == check.content(check.scene("bar")),
                "another file with the name of an old checkpoint is left")
     kept = sorted(int(path.split("-")[-1][:-3]) for path in glob.glob("keep/bar-checkpoint-*.h5"))
-    for path in glob.glob("keep/bar.csv") + glob.glob("keep/bar.h5") + glob.glob("keep/bar.xdmf"):
+    for path in glob.glob("keep/bar.csv") + glob.glob("keep/bar.h5") + glob.glob("keep/bar*.xdmf"):
         os.rename(path, path + ".moved")
     os.rename("keep/bar.snapshots", "keep/moved.snapshots")
     run = bar("keep", "-output_replace", "false")

@@ -140,6 +140,17 @@ def check_falls():
                f"a disk rolls down elastic ground: {off:.5f} of its energy are not explained")
 
 
+def check_pushed():
+    """A body force moves a free body as gravity does, in rest on a wall too, and its work counts with the loads."""
+    lines = free(2, "-body_b_velocity 1,0", "-bc_ymin_mu 0.5", *box("b", [1, 0.2], [2, 0.7]), end=0.6)
+    by = {name: run(name, lines, *more, "-dt_size", 1e-3, "-history_energy")[0] for name, more in (("heavy", ["-gravity", "1,-10"]), ("pushed", ["-acceleration", "1,-10"]))}
+    for column in ("pivot_b_x", "pivot_b_y", "velocity_b_x", "spin_b_z"):
+        off = np.abs(by["heavy"][column] - by["pushed"][column]).max()
+        check.that(off < 1e-12, f"{column} of a free box under -acceleration is that under -gravity: {off:.1e}")
+    work = by["pushed"]["load_work"][-1], by["heavy"]["external_work"][-1], by["pushed"]["external_work"][-1]
+    check.that(work[0] > 100 and abs(work[1] / work[0] - 1) < 1e-3 and abs(work[2] / work[0] - 1) < 1e-12, f"the body force does the work of gravity, {work[0]:.2f} J, gravity {work[1]:.2f} J")
+
+
 def check_floats():
     """What a box that floats takes of the energy by friction never comes back; the push out of it counts with the volumes."""
     lines = grid([0, 0], [2, 1.5], 0.1) + ["-gravity 0,-10", "-bodies pool,b", "-materials w", "-material_w_model fluid", "-material_w_rho 1000", "-material_w_K 1e6", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin")),
@@ -345,6 +356,7 @@ check_spin()
 check_energy()
 check_friction()
 check_falls()
+check_pushed()
 check_floats()
 check_grip()
 check_couette()

@@ -86,12 +86,12 @@ for name, (count, motions) in numbers.items():
     scene = constants.Scene(args, tempfile.mkdtemp(dir="."), name)
     m, q, s = scene.model, scene.per_cell, scene.short
     x = SimpleNamespace(**{k: v for k, v in m.numbers.items() if k.isalpha()})
-    d, reach, tile, exchanges = m.predictor.dim, m.predictor.stencil - 1, m.predictor.tile, 2 * len(count)
+    d, reach, tile, exchanges = m.dim, m.stencil - 1, m.tile, 2 * len(count)
     total = scene.one["particles"]
-    nodes = [k for k, kind in m.predictor.phases.items() if kind == "nodes"]
+    nodes = [k for k, kind in m.phases.items() if kind == "nodes"]
     each = {k: r[2] for k, r in m.rates.items()}
     particle = sum(t / (q if k in nodes else 1) for k, t in each.items())
-    check.that(near(short_model.short(m, q, total, scene.edge).C, particle, 1e-6), f"{name}: C is {particle:.6g}, the sum of the phases")
+    check.that(near(m.short(q, total, scene.edge).C, particle, 1e-6), f"{name}: C is {particle:.6g}, the sum of the phases")
     latency = (
         exchanges * (x.exchange + (2**d - 1) * x.post)
         + len(nodes) * (x.message - x.post)
@@ -102,7 +102,8 @@ for name, (count, motions) in numbers.items():
     tiles = ((tile + reach) / tile) ** (d - 1)
     sides = 8 * sum(count) * tiles * x.kept + 8 * motions * (x.wire + x.copy)
     face = d * (reach / q ** (1 - 1 / d) * sides + m.numbers["migration[1].leaver"])
-    jobs, size = m.dealt(short_model.model.Share(total, total / q), scene.edge)
+    dealt = dict(word.split("=") for word in m.ask(("dealt", total, total / q, scene.edge))[0])
+    jobs, size = float(dealt.pop("jobs")), sum(map(float, dealt.values()))
     alone = sum(total * t / (q if k in nodes else 1) for k, t in each.items() if k in (*nodes, "SORT"))
     master = (alone + jobs * (x.job + x.message) + size * (x.pool + x.wire)) / total
     kept = data.constants(name)

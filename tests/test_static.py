@@ -222,6 +222,45 @@ def check_separate():
     check.that("b has met its wall ymin (separate)" in through.said, f"a body that comes from afar is told: {through.err.strip()[-200:]}")
 
 
+def check_inertia():
+    """Implicit steps with inertia: a standing wave in a bar beside what one mode does with these steps, up to 128 times as long as
+    explicit ones; energy; a block that is thrown up and lands; bits."""
+    bar = ["-grid_lower 0", "-grid_upper 1", "-grid_cells 128", "-bc_xmin_type fixed", "-bc_xmax_type fixed", *body("box", 1, "elastic", E=1, nu=0, rho=1, lower=0, upper=1),
+           "-reference_type standing", "-reference_amplitude 1e-5", "-time_end 0.75"]
+    w, exact = math.pi, math.sin(0.75 * math.pi)
+    for steps in (3, 6, 12, 24):
+        dt = 0.75 / steps
+        for time, theory in (("euler", ((1 / (1 - 1j * w * dt)) ** steps).imag), ("newmark", math.sin(2 * steps * math.atan(w * dt / 2)))):
+            told = run(time, bar, "-method_time", time, "-dt_size", dt, "-snes_rtol", 1e-10, *QUIET)
+            error = float(told.find(r"the relative error is (\S+)"))
+            check.that(abs(error * exact / abs(theory - exact) - 1) < (0.01 if time == "euler" or steps < 24 else 0.02), f"{time}, {steps} steps: error {error:.4g}, of one mode {abs(theory / exact - 1):.4g}")
+    # Of a beam that its weight sets swinging, far beyond where strain is small: gains and losses of a newmark step cancel.
+    swing = ["-grid_lower 0,-1.5", "-grid_upper 4.5,1.5", "-grid_h 0.25,0.25", "-gravity 0,-3", "-bc_xmin_type fixed", *body("box", rho=1050, lower="0,0", upper="4,0.93"), "-time_end 8"]
+    off = {}
+    for time, more in (("newmark", ("-dt_size", 0.02, "-method_gamma", 0.5, "-snes_rtol", 1e-9)), ("newmark", ()), ("newmark", ("-method_gamma", 0.7)), ("euler", ())):
+        told = run("swing", swing, "-method_time", time, "-dt_size", 0.04, *more, "-history_every", 0)
+        last = check.history("swing/swing.csv")
+        off[time, len(more)] = last["energy_residual"] / last["strain_energy"].max()
+    most = np.abs(off["newmark", 0]).max()
+    half = np.abs(off["newmark", 6]).max()
+    check.that(most < 2e-3 and half < most, f"newmark keeps the energy of a swinging beam to {most:.2g} of it in 200 steps, and to {half:.2g} in 400 steps of half the length")
+    check.that(off["newmark", 2][-1] < -0.05 and off["euler", 0][-1] < -0.2, f"gamma = 0.7 and euler take {-off['newmark', 2][-1]:.2f} and {-off['euler', 0][-1]:.2f} of it")
+    runs = {n: run(f"swing{n}", swing, "-method_time", "newmark", "-dt_size", 0.1, "-time_end", 2, n=n) for n in (1, 2, 3)}
+    for n in (2, 3):
+        apart = np.abs(moved(f"swing{n}")[1] - moved("swing1")[1]).max()
+        check.that(apart < 1e-6, f"newmark, {n} processes and 1: displacements differ by {apart:.2g} m")
+    run("swinggo", swing, "-method_time", "newmark", "-dt_size", 0.1, "-time_end", 2, "-time_max_steps", 9, "-checkpoint_every", 0.5)
+    again = run("swinggo", swing, "-method_time", "newmark", "-dt_size", 0.1, "-time_end", 2, "-restart_file", "latest")
+    check.that(again.digest == runs[1].digest, f"restarted: {again.digest}, whole {runs[1].digest}")
+    run("thrown", ["-grid_lower 0,0", "-grid_upper 2,2", "-grid_h 0.25,0.25", "-gravity 0,-1", "-bc_ymin_type separate", *body("box", lower="0.5,0", upper="1.5,1", velocity="0,0.5"),
+                   "-time_end 3", "-history_every 0.1", "-history_walls ymin"], "-method_time", "euler", "-dt_size", 0.01)
+    last, ground = check.history("thrown/thrown.csv"), moved("thrown")[1][:, 1].min()
+    check.that(abs(last["kinetic_energy"][5] / 125) < 1e-9 and abs(last["reaction_ymin_y"][5]) < 1e-6, f"thrown up, the floor gives {last['reaction_ymin_y'][5]:.1g} N and it stands still after 0.5 s, {last['kinetic_energy'][5]:.1g} J are left of 125 J")
+    check.that(abs(last["reaction_ymin_y"][-1] / 1000 - 1) < 1e-5 and abs(ground) < 5e-3, f"when it has landed, the floor carries {last['reaction_ymin_y'][-1]:.4f} N of its weight of 1000 N, and it stands {1e3 * ground:.2f} mm above it")
+    far = run("far", swing, "-method_time", "euler", "-dt_size", 1, "-gravity", "0,-1e5", "-dt_retry", 1, *QUIET, status=3)
+    check.that("no solution of the step was found" in far.said, "a step that has no solution is told")
+
+
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
            *body("box", law="vonmises", E="1000", rho=1, lower="0,0", upper="6,3"), "-material_m_yield 1.7320508", "-loads q", "-load_q_body b",
            "-load_q_type pressure", "-load_q_face ymax", '-load_q_value "8*t*(X<1)"', "-time_end 1"]

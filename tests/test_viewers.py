@@ -87,6 +87,16 @@ def blocks(found, k, leaf, grid):
         found[start + "vertices"] = np.array([leaf.get_cell(c).point_ids[0] for c in range(leaf.n_cells) if leaf.get_cell(c).n_points == 1])
 
 
+def with_parts(read, path, *words):
+    """What a reader finds in the file of the particles, which opens alone, and in those of the nodes and of rigid bodies."""
+    parts = [path.replace(".xdmf", end) for end in (".xdmf", ".grid.xdmf", ".rigid.xdmf")]
+    found = [read(*words, part) for part in parts if os.path.exists(part)]
+    alone = {key.split("/")[1] for key in found[0] if "/" in key}
+    check.that(not alone & {"grid", "rigid"}, f"{os.path.basename(path)} has particles alone")
+    check.that(all(same(other["times"], found[0]["times"]) for other in found), "and the others have its times")
+    return {key: value for one in reversed(found) for key, value in one.items()}
+
+
 def vtk(path):
     reader = vtkXdmfReader()
     reader.SetFileName(path)
@@ -96,8 +106,7 @@ def vtk(path):
     for k in {0, len(times) // 2, len(times) - 1}:
         reader.UpdateTimeStep(times[k])
         data = reader.GetOutputDataObject(0)
-        for b in range(data.GetNumberOfBlocks()):
-            leaf = data.GetBlock(b)
+        for leaf in [data.GetBlock(b) for b in range(data.GetNumberOfBlocks())] if data.IsA("vtkMultiBlockDataSet") else [data]:
             blocks(found, k, leaf, not leaf.IsA("vtkUnstructuredGrid"))
     return found
 
@@ -107,7 +116,8 @@ def by_pyvista(path):
     found = {"times": reader.time_values}
     for k in {0, len(reader.time_values) // 2, len(reader.time_values) - 1}:
         reader.set_active_time_value(reader.time_values[k])
-        for leaf in reader.read():
+        data = reader.read()
+        for leaf in data if isinstance(data, pyvista.MultiBlock) else [data]:
             blocks(found, k, leaf, not isinstance(leaf, pyvista.UnstructuredGrid))
     return found
 
@@ -126,6 +136,33 @@ def by_meshio(path):
     return found
 
 
+def draws():
+    """examples/draw_paraview.py draws particles, in their colours, and rigid bodies: a picture and a movie of all snapshots."""
+    from PIL import Image
+
+    script = os.path.join(check.source, "examples", "draw_paraview.py")
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [*(["xvfb-run", "-a"] if shutil.which("xvfb-run") else []), "pvpython", script]
+
+    def draw(*words):
+        for _ in range(3):  # a screen that did not start in time is not the script's
+            told = subprocess.run([*command, *words], capture_output=True, text=True, timeout=300, env=env)
+            if told.returncode == 0 or not any(word in told.stderr for word in ("X server", "X Error", "vtkXOpenGLRenderWindow")):
+                break
+        return told
+
+    for name, field in (("disks", []), ("stl_drop", ["speed"])):
+        told = draw(f"{name}/{name}.xdmf", *field)
+        picture, movie = (f"{name}/{name}.paraview{end}" for end in (".png", ".avi"))
+        if not check.that(told.returncode == 0 and os.path.exists(picture) and os.path.getsize(movie) > 10000, f"{name} is drawn: {told.stdout} {told.stderr[-500:]}"):
+            continue
+        pixels = np.asarray(Image.open(picture).convert("RGB")).astype(int)
+        coloured = (np.ptp(pixels, axis=-1) > 40).mean()
+        check.that(0.02 < coloured < 0.9, f"{100 * coloured:.1f} % of its picture is coloured")
+    wrong = draw("disks/disks.xdmf", "colour")
+    check.that(wrong.returncode and "no field colour in disks/disks.xdmf; choose of mass, " in wrong.stderr, f"a field that is not there: {wrong.stderr[-300:]}")
+
+
 def main():
     check.need(pyvista and meshio, f"{'' if pyvista else missing}: tools/install.sh viewers installs what tools/requirements-viewers.txt lists")
     check.need(shutil.which("pvpython"), "pvpython is missing: tools/install.sh viewers installs Debian's packages paraview and python3-paraview")
@@ -136,10 +173,11 @@ def main():
         check.must("-options_file", check.scene(name), "-output_dir", folder, *options)
         path, truth = f"{folder}/{name}.xdmf", f"{folder}/{name}.h5"
         for reader in ("Xdmf3ReaderS", "Xdmf3ReaderT", "XDMFReader"):
-            compare(f"{name}, ParaView {reader}", paraview(reader, path), truth)
-        compare(f"{name}, VTK", vtk(path), truth)
-        compare(f"{name}, pyvista", by_pyvista(path), truth)
+            compare(f"{name}, ParaView {reader}", with_parts(paraview, path, reader), truth)
+        compare(f"{name}, VTK", with_parts(vtk, path), truth)
+        compare(f"{name}, pyvista", with_parts(by_pyvista, path), truth)
         compare(f"{name}, meshio", by_meshio(path), truth)
+    draws()
 
 
 check.arguments(__doc__, 0)

@@ -184,7 +184,7 @@ class Runs:
 
     def done(self, name):
         """Its files are not needed any more."""
-        for end in (".h5", ".xdmf", ".csv", ".opts"):
+        for end in (".h5", ".xdmf", ".grid.xdmf", ".csv", ".opts"):
             if os.path.exists(name + end):
                 os.remove(name + end)
         shutil.rmtree(name + ".snapshots", ignore_errors=True)

@@ -12,6 +12,18 @@ import numpy as np
 from paraview import servermanager, simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+
+def leaves(data):
+    """The data sets of what has parts, or the one that has none."""
+    if not data.IsA("vtkCompositeDataSet"):
+        return [data]
+    parts, found = data.NewIterator(), []
+    while not parts.IsDoneWithTraversal():
+        found.append(parts.GetCurrentDataObject())
+        parts.GoToNextItem()
+    return found
+
+
 name, path, out = sys.argv[1:]
 reader = getattr(simple, name)(**{"FileNames" if name == "XDMFReader" else "FileName": [path]})
 reader.UpdatePipelineInformation()
@@ -20,9 +32,7 @@ found = {"times": np.array(times)}
 for k in sorted({0, len(times) // 2, len(times) - 1}):
     reader.UpdatePipeline(times[k])
     data = servermanager.Fetch(reader)
-    leaves = data.NewIterator()
-    while not leaves.IsDoneWithTraversal():
-        leaf = leaves.GetCurrentDataObject()
+    for leaf in leaves(data):
         particles = leaf.IsA("vtkUnstructuredGrid")
         rigid = particles and leaf.GetNumberOfCells() and leaf.GetCell(0).GetNumberOfPoints() > 1
         start = f"{k}/rigid/" if rigid else f"{k}/" if particles else f"{k}/grid/"
@@ -39,5 +49,4 @@ for k in sorted({0, len(times) // 2, len(times) - 1}):
             found[start + "vertices"] = np.array([leaf.GetCell(c).GetPointId(0) for c in range(leaf.GetNumberOfCells()) if leaf.GetCell(c).GetNumberOfPoints() == 1])
         else:
             found[start + "bounds"] = np.array(leaf.GetBounds())
-        leaves.GoToNextItem()
 np.savez(out, **found)

@@ -12,6 +12,7 @@ A picture is made of a run, a dictionary:
 """
 import collections
 import os
+import re
 import sys
 
 if sys.prefix != sys.base_prefix:  # in .venv: there goes the list of fonts too, which would go to the user's home folder
@@ -281,6 +282,22 @@ def lattice_domains(was, x, sides):
     return domains
 
 
+def rounded(domains, most=3):
+    """Domains of the same volumes that are at most so many times as long as they are wide: F of what has flowed far is a needle,
+    which shows nothing of where the matter is."""
+    left, sizes, right = np.linalg.svd(domains)
+    sizes = np.maximum(sizes, 1e-300)
+    mean = np.exp(np.log(sizes).mean(1, keepdims=True))
+    power = np.minimum(1, np.log(most) / np.maximum(np.log(sizes[:, :1] / sizes[:, -1:]), 1e-300))
+    return (left * (mean * (sizes / mean)**power)[:, None, :]) @ right
+
+
+def flows(run, body):
+    """Is the body of a soil, whose F says nothing of its shape once it has flowed?"""
+    name = run["options"].get("bodies", "").split(",")[body].strip()
+    return run["options"].get(f"material_{run['options'].get(f'body_{name}_material')}_model") == "druckerprager"
+
+
 def domains_of(run, particles):
     """The sides of each particle's domain, as columns: F times its box at rest."""
     dim, x = run["dim"], particles["x"][:, :run["dim"]]
@@ -289,10 +306,12 @@ def domains_of(run, particles):
         return np.eye(dim) * sides[:, None, :]
     F = particles["F"][...].reshape(-1, 3, 3)[:, :dim, :dim]
     domains, was = F * sides[:, None, :], start_of(run, particles["id"][...])
-    for one in np.unique(body) if was is not None else ():
+    for one in np.unique(body):
         at = body == one
-        if np.abs(F[at] - F[at, :1, :1] * np.eye(dim)).max() <= 1e-12 and np.abs(F[at, 0, 0] - 1).max() > 1e-12:
+        if was is not None and np.abs(F[at] - F[at, :1, :1] * np.eye(dim)).max() <= 1e-12 and np.abs(F[at, 0, 0] - 1).max() > 1e-12:
             domains[at] = lattice_domains(was[at], x[at], sides[at])
+        if flows(run, one):
+            domains[at] = rounded(domains[at], 3 * (sides[at].max(1) / sides[at].min(1)).max())
     return domains
 
 
@@ -732,6 +751,17 @@ def add_arguments(parser):
     parser.add_argument("--slice", metavar="AXIS=PLACE", help="in 3-D: draw the particles that this plane cuts, such as y=0")
     parser.add_argument("--domains", action="store_true", default=None, help="particles as their deformed domains (default in 2-D and 3-D)")
     parser.add_argument("--no-domains", dest="domains", action="store_false", help="particles as discs")
+
+
+def parse(parser, words):
+    """The arguments of the command line; a list of numbers that begins with a minus is a value, not an option."""
+    joined = []
+    for word in words:
+        if joined and re.fullmatch("--[xyz]lim", joined[-1]) and re.match(r"-[.\d]", word):
+            joined[-1] += "=" + word
+        else:
+            joined.append(word)
+    return parser.parse_args(joined)
 
 
 def view_of(arguments):

@@ -69,6 +69,7 @@ what() {
   libclang-rt*) echo "libFuzzer and the sanitizers of clang" ;;
   paraview) echo "ParaView" ;;
   python3-paraview) echo "its pvpython" ;;
+  xvfb) echo "Xvfb, a screen in memory" ;;
   libsimgrid-dev) echo "SimGrid with SMPI: smpicc and smpirun" ;;
   liblapack-dev) echo "LAPACK (pkg-config: lapack)" ;;
   libblas-dev) echo "BLAS (pkg-config: blas)" ;;
@@ -106,7 +107,7 @@ missing() {
     elif ! fuzzes; then echo "libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev"; fi
   fi
   if [ "$mode" = viewers ] && ! has pvpython; then
-    printf '%s\n' paraview python3-paraview
+    printf '%s\n' paraview python3-paraview xvfb
   fi
   if [ "$mode" = simulate ]; then
     has smpicc && has smpirun || echo libsimgrid-dev

@@ -8,6 +8,7 @@ import argparse
 import os
 import shutil
 import subprocess
+import sys
 
 import drawing
 from drawing import STYLE, fail, np, plt
@@ -53,7 +54,7 @@ def parser_of():
 
 
 def main():
-    arguments = parser_of().parse_args()
+    arguments = drawing.parse(parser_of(), sys.argv[1:])
     ffmpeg = shutil.which("ffmpeg") is not None
     out = arguments.out or os.path.splitext(arguments.file)[0] + (".mp4" if ffmpeg else ".gif")
     kind = os.path.splitext(out)[1]

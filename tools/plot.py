@@ -43,6 +43,7 @@ import csv
 import fnmatch
 import os
 import re
+import sys
 
 import drawing
 from drawing import GREY, STYLE, fail, np, plt, scale
@@ -157,7 +158,16 @@ def energy_curves(run, history):
     return curves + [("lost by the method" if loser == "the method" else f"lost to {loser}, and by the method", lost, "tab:red", "-")]
 
 
-UNITS = {r".*_energy|.*_work|energy_.*": "J", r".*momentum_.*": "kg m/s", r"reaction_.*": "N", r"torque_.*": "N m", "mass": "kg", "time|dt": "s"}
+# Units of the columns of the history by their names; the first pattern that fits counts.
+UNITS = (("time|dt", "s"), (r"step|particles(_\w+)?|\w+_iterations|steps_cut|probe_\w+_(body|plastic_strain|error_indicator|F_..)", "1"),
+         (r"probe_\w+_(stress_..|von_mises|pressure)|stress_\w+|von_mises_\w+", "Pa"), (r"probe_\w+_velocity_.|velocity_\w+", "m/s"), (r"probe_\w+_temperature", "K"),
+         (r"probe_\w+_volume", "m³"), (r"(lost_)?mass(_\w+)?|probe_\w+_mass", "kg"), (r"probe_\w+_.|(center|lower|upper|front|back|pivot)_\w+", "m"),
+         (r"angular_momentum_\w+", "kg m²/s"), (r"(lost_)?momentum_\w+", "kg m/s"), (r"reaction_\w+|force_unbalanced", "N"), (r"torque_\w+", "N m"),
+         (r"angle_\w+", "rad"), (r"spin_\w+", "rad/s"), (r"\w*(energy|work|dissipation)(_\w+)?", "J"))
+
+
+def unit_of(column):
+    return next((unit for pattern, unit in UNITS if re.fullmatch(pattern, column)), "")
 
 
 def draw_curves(axes, run, history, below, known):
@@ -184,13 +194,15 @@ def draw_curves(axes, run, history, below, known):
                       label=name, marker="." if len(times) == 1 else None)
         label, title = f"energy [{unit}]", "energy"
     else:
-        units = {next((unit for pattern, unit in UNITS.items() if re.fullmatch(pattern, name)), "") for name in below}
-        factor, unit = 1, units.pop() if len(units) == 1 else ""
+        units = {unit_of(name) for name in below}
+        mixed = len(units) > 1
+        factor, unit = 1, "" if mixed else units.pop()
         if unit == "J":
             factor, unit = scale(max(np.abs(history[name]).max() for name in below), "J")
         for k, name in enumerate(below):
-            axes.plot(times * second, history[name] * factor, color=f"C{k % 10}", linewidth=1.3, label=name.replace("_", " "))
-        label = f"[{unit}]" if unit else "value in the history"
+            axes.plot(times * second, history[name] * factor, color=f"C{k % 10}", linewidth=1.3,
+                      label=name.replace("_", " ") + (f" [{unit_of(name)}]" if mixed else ""))
+        label = " ".join([below[0].replace("_", " ")] * (len(below) == 1) + [f"[{unit}]"] * (not mixed)) or "value, in the unit of its name"
         places = below
     several = [draw_known(axes, known, place, second, factor) for place in places]
     axes.set(ylabel=label)
@@ -409,7 +421,7 @@ def parser_of():
 
 
 def main():
-    arguments = parser_of().parse_args()
+    arguments = drawing.parse(parser_of(), sys.argv[1:])
     if arguments.file.endswith(".csv"):
         plt.rcParams.update(STYLE)
         out = arguments.out or arguments.file.removesuffix(".csv") + ".png"
@@ -419,6 +431,7 @@ def main():
             draw_limit(arguments.file, limit, out)
         else:
             draw_work(arguments.file, work, out) if work else draw_study(arguments.file, read_study(arguments.file), out)
+        print(out)
         return
     default = "none" if arguments.history else "error" if arguments.field == "error" else "energy"
     below = [word for word in (arguments.below or default).split(",") if word != "none"]
@@ -439,6 +452,7 @@ def main():
     colour = draw(run, history, below, known, out)
     if arguments.small:
         drawing.few_colours(out, colour, run["dim"] == 3)
+    print(f"{out}   {len(run['snapshots'])} snapshots")
 
 
 if __name__ == "__main__":

@@ -32,9 +32,13 @@ A scene is a PETSc options file, one `-name value` a line:
 * `#` starts a comment. A value with blanks stands in double quotes. Lists are joined with commas, without blanks, and have
   as many members as `-dim`.
 * `-prefix_push body_disk1_` puts that text before all names that follow, until `-prefix_pop`.
-* The command line overrides the file; of an option that stands there twice, the last value counts. A file may name another
-  with `-options_file` and override it; two lines of one file that give an option different values are refused. Files that
-  end in `.yaml` or `.yml` are read as YAML by PETSc.
+* The command line overrides files; of an option that stands there twice, and of two files there, the last value counts.
+  A file may name another with `-options_file`, whose lines count as if they stood in that place: lines below override
+  them. Its path starts at the folder where the program is started, unlike [others](shapes.md#polygons). Two
+  lines of one file that give an option different values are refused. Files that end in `.yaml` or `.yml` are read as
+  YAML by PETSc.
+* A value has at most 2046 characters (a polygon may be a file). PETSc 3.18 takes 512 options, enough for some 120
+  bodies; several loops of a polygon, an expression or a file make one body of many.
 * Names do not depend on case. `-materials` and `-bodies` declare names; `<m>`, `<b>` and `<f>` below stand for a declared
   material, a declared body and a face (`xmin` `xmax` `ymin` `ymax` `zmin` `zmax`, as far as `-dim` goes).
 * A default *required* means that there is none. An option that is misspelt, out of range, of the wrong length, or that
@@ -45,8 +49,8 @@ A scene is a PETSc options file, one `-name value` a line:
 
 `pebble -help` prints these tables. With words behind it, as in `pebble -help wall friction`, it prints only the lines in
 which there are words that begin so (a word of one or two letters has to be there itself); the title of a group counts as a
-part of its lines. The name of an option is found as it is in a scene too (`body_disk1_radius`), and so are words that
-other programs have for an option (`youngs`).
+part of its lines. The name of an option is found as it is in a scene too (`body_disk1_radius`), and so are [words that
+other programs have](#words-of-other-programs) for an option (`youngs`), or for what there is not (`hourglass`).
 
 PETSc's own options of general use are understood too, e.g. `-log_view`; `pebble -help petsc` lists them, `pebble -version`
 prints the versions.
@@ -70,14 +74,25 @@ The value of an option may be a formula where its meaning says so:
 | --- | --- |
 """
 
+WORDS = """
+## Words of other programs
+
+`pebble -help <word>` finds these, whatever their case and with or without `-`, `_` and `*`, and so do the refusals of
+options and of values. They need not mean exactly the same: [materials.md](materials.md) has the equations.
+
+| words there | here |
+| --- | --- |
+"""
+WORD = re.compile(r"^  (?P<words>.*?)(?:, of (?P<option>-\S+))?: (?P<text>.*)$")
+
 
 def fail(message):
     sys.exit(f"reference.py: {message}")
 
 
-def ask(pebble):
+def ask(pebble, *words):
     try:
-        run = launch.run([pebble, "-help"], capture_output=True, text=True, timeout=60, check=False)
+        run = launch.run([pebble, "-help", *words], capture_output=True, text=True, timeout=60, check=False)
     except OSError as error:
         fail(f"cannot start {pebble}: {error.strerror}; `make` builds it")
     if run.returncode:
@@ -121,6 +136,15 @@ def write_formulas(groups, words):
     takes = [f"`-{name}`" for _, options in groups for name, _, _, meaning, _ in options if re.search(r"\bformulas?\b", meaning)]
     lines = ["| `{}` | {} |".format(what.replace("|", r"\|"), cell(meaning)) for what, meaning in words]
     return FORMULAS.format(options=textwrap.fill(", ".join(takes), 110, break_on_hyphens=False)) + "\n".join(lines) + "\n"
+
+
+def write_words(text):
+    """The table of words of other programs, from what -help words prints."""
+    lines = []
+    for found in filter(None, map(WORD.match, text.splitlines()[1:])):
+        option = f" of `{found['option']}`" if found["option"] else ""
+        lines.append("| " + ", ".join(f"`{word}`" for word in found["words"].split()) + f"{option} | {cell(found['text'])} |")
+    return WORDS + "\n".join(lines) + "\n"
 
 
 def cell(text):
@@ -175,7 +199,7 @@ def main():
         fail(f"{args.pebble} -help does not look like a list of options")
     if len(words) < 10:
         fail(f"{args.pebble} -help does not list what formulas may contain")
-    new = write(groups) + "\n" + write_formulas(groups, words)
+    new = write(groups) + "\n" + write_formulas(groups, words) + write_words(ask(args.pebble, "words"))
     if args.check:
         try:
             with open(args.out, encoding="utf-8") as f:

@@ -200,14 +200,14 @@ class Limit:
 
     def check_growth(self):
         """Finds how large the loads are at the end, and says which of them do not grow in proportion to time."""
-        say, line = self.study.say, r"^load +{}: .* in all (\S+) \S+(?: m)? at t=(\S+) s"
+        say, line = self.study.say, r"^load +{}: .* in all (\([^)]*\)|\S+) \S+(?: m)? at t=(\S+) s"
         half = scene.run(self.options, self.study.processes, dry_run=True, time_end=0.5 * self.end)
         whole = scene.run(self.options, self.study.processes, dry_run=True)
         for name in self.loads:
             found = [re.search(line.format(name), result.out, re.M) for result in (half, whole)]
             if not all(found):
                 continue
-            part, all_of_it = (float(match[1]) for match in found)
+            part, all_of_it = (math.hypot(*map(float, match[1].strip("()").split(","))) for match in found)
             if abs(2 * part - all_of_it) > 0.01 * all_of_it:
                 say(f"note       load {name} is not in proportion to time: {part:g} N at half of -time_end, at most {all_of_it:g} N; the factor is t/time_end")
             else:

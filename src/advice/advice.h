@@ -10,6 +10,9 @@
 /* What the printing functions keep between calls. */
 typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
+  PetscLogDouble steps;       /* s of steps at the last look at what the run will take; */
+  PetscInt       step;        /* the step then; 0: not looked yet */
+  PetscReal      told;        /* s that the run will take, as it was told last */
   PetscReal      base;        /* memory of this process before the scene, bytes; 0 where the system does not tell */
   PetscBool      indicator;   /* -report_indicator */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
@@ -42,8 +45,8 @@ PetscErrorCode MPMDoubtsStart(MPMCore *, const MPMScene *, const MPMTime *, Pets
 PetscErrorCode MPMDoubtsWarn(const MPMCore *, const MPMScene *, const MPMMethod *, const MPMTime *,
                              const MPMForecast *);
 
-/* Notes values that are hardly meant (unlikely.c), of a run that is predicted to take so many seconds. Collective on exchange.data. */
-PetscErrorCode MPMUnlikelyNote(MPMCore *, const MPMScene *, const MPMTime *, const MPMMonitor *, PetscReal seconds);
+/* Notes values that are hardly meant (unlikely.c). Collective on exchange.data. */
+PetscErrorCode MPMUnlikelyNote(MPMCore *, const MPMScene *, const MPMTime *, const MPMMonitor *, const MPMForecast *);
 
 /* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (method_warnings.c).
    Collective on exchange.data. */
@@ -78,6 +81,11 @@ PetscErrorCode MPMReportMethod(const MPMCore *, const MPMScene *, const MPMMetho
 PetscErrorCode MPMReportParallel(MPMCore *);
 PetscErrorCode MPMReportPrediction(const MPMCore *, const MPMCost *, const MPMForecast *);
 PetscErrorCode MPMReportLoads(MPMCore *, const MPMScene *, PetscReal end);
+
+/* Prints how long the run will take by the steps that it has made: after a tenth of a second of steps, and where that has
+   changed each time that the run has lasted twice as long (progress.c). Not collective. */
+PetscErrorCode MPMReportForecast(MPMReport *, const MPMCore *, const MPMTime *, const MPMMonitor *, const MPMOutput *,
+                                 const MPMCost *);
 
 /* Prints a line of progress over the one before, at most once a second, if standard output is a terminal (progress.c).
    Not collective. */

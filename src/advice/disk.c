@@ -4,7 +4,7 @@
 
 #define NODE_BYTES 32   /* of a node in a snapshot: mass and three components of the velocity */
 #define FILE_BYTES 20e3 /* of HDF5 in a snapshot */
-#define KEPT_BYTES 60e3 /* of a checkpoint, beside the particles */
+#define KEPT_BYTES 80e3 /* of a checkpoint, beside the particles */
 #define DIGITS     17   /* of a number in the history */
 
 /* Returns the free bytes of the disk of a folder, or of the nearest one above it that is there; 0 if nothing tells. */

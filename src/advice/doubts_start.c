@@ -236,7 +236,7 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
   PetscFunctionBeginUser;
   if (scene->overlap)
     PetscCall(MPMWarn(&core->print,
-                      "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice",
+                      "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice; move one, or give -body_<b>_cut",
                       scene->overlap));
   if (scene->behind)
     PetscCall(

@@ -1,4 +1,4 @@
-/* progress.c - the line of progress of a run on a terminal. */
+/* progress.c - what a run will take by the steps that it has made, and its line of progress on a terminal. */
 #include <unistd.h>
 #include "advice/advice.h"
 
@@ -13,6 +13,57 @@ static PetscBool OnTerminal(void)
   (void)snprintf(link, sizeof link, "/proc/%ld/fd/1", (long)getppid());
   n = readlink(link, to, sizeof to - 1);
   return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9)) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+#define FIRST   0.1  /* s of steps after which the time of a run is told by them */
+#define CHANGED 1.25 /* factor by which it differs from what was told before, if it is told again */
+#define LONG    1    /* s: a run that takes as long has a line after the first look in any case */
+
+/* Returns how many seconds of output are to come: as many a snapshot, or a line of the history, as so far. */
+static PetscReal OutputLeft(const MPMCore *core, const MPMMonitor *mon, const MPMOutput *out, PetscReal left)
+{
+  const PetscBool snapshots = out->enabled && out->every > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal every     = snapshots ? out->every : mon->every;
+
+  if (!(every > 0)) return core->timers.output / PetscMax(1, core->step - core->timers.first); /* a step */
+  return core->timers.output * left / every / PetscMax(1, snapshots ? (PetscReal)out->count : 1 + core->t / every);
+}
+
+PetscErrorCode MPMReportForecast(MPMReport *report, const MPMCore *core, const MPMTime *time, const MPMMonitor *mon,
+                                 const MPMOutput *out, const MPMCost *cost)
+{
+  const PetscInt made  = core->step - core->timers.first;
+  PetscBool      first = PETSC_FALSE;
+  PetscLogDouble now;
+  MPMForecast    f;
+  PetscReal      all, each;
+  char           words[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  if (core->implicit || core->t >= time->end || core->step >= time->max_steps) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!report->step) { /* the first step touches memory for the first time, and does not count */
+    report->step  = core->step;
+    report->steps = core->timers.steps;
+    report->told  = 0;
+  }
+  if (core->step < report->step + 2 || core->timers.steps < FIRST || core->timers.steps < 2 * report->steps)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  f    = MPMForecastOf(core, time, mon, out, cost);
+  each = (core->timers.steps - report->steps) / (PetscReal)(core->step - report->step);
+  PetscCall(PetscTime(&now));
+  all = now - report->start + f.steps * each + OutputLeft(core, mon, out, f.left);
+  if (report->told == 0) {
+    report->told = ((PetscReal)made + f.steps) * f.step;
+    first        = all >= LONG ? PETSC_TRUE : PETSC_FALSE;
+  }
+  report->step  = core->step;
+  report->steps = core->timers.steps;
+  if (!first && all < CHANGED * report->told && report->told < CHANGED * all) PetscFunctionReturn(PETSC_SUCCESS);
+  report->told = all;
+  MPMTimeWords(all, words);
+  PetscCall(MPMSay(&core->print, "predict", "after %.2g s: %.6g more steps of %.3g s, about %s in all with output",
+                   now - report->start, (double)f.steps, (double)each, words));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Prints a line of progress over the one before, at most once a second, if standard output is a terminal. Not

@@ -94,10 +94,10 @@ static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lo
 
 /* Described in advice.h. */
 PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTime *time, const MPMMonitor *monitor,
-                               PetscReal seconds)
+                               const MPMForecast *f)
 {
   const PetscReal *g    = core->params.gravity;
-  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = seconds};
+  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = f->steps * f->step, .dt = f->dt};
   PetscInt         n[NUM_OF];
 
   PetscFunctionBeginUser;

@@ -10,7 +10,7 @@ typedef struct {
   const MPMScene   *scene;
   const MPMTime    *time;
   const MPMMonitor *monitor;
-  PetscReal         seconds;     /* that the run is predicted to take */
+  PetscReal         seconds, dt; /* that the run is predicted to take; the first step, s */
   PetscReal         g;           /* size of gravity, m/s^2 */
   PetscBool         earth;       /* it is the earth's in m/s^2, so that units are SI */
   PetscInt          down;        /* the axis along which gravity is largest */
@@ -40,10 +40,12 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
 /* Writes a number for a text, with three digits. */
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
 
-/* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the modulus
+/* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the
+   stress by the weight of the highest body of a material, Pa; the modulus
    of a material for its fastest waves, and Young's, Pa; the size of a formula of t at the middle of a body, the largest from
    the start to -time_end. */
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
+PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
 PetscReal MPMUnlikelySize(const MPMLook *, MPMExpression, PetscInt nc, const PetscReal x[]);
 

@@ -1,129 +1,7 @@
-/* unlikely_run.c - the rows of plausible.def of faces, rigid bodies, probes and the run. */
+/* unlikely_run.c - the rows of plausible.def of the run. */
 #include <ctype.h>
+#include <strings.h>
 #include "advice/unlikely.h"
-
-/* --- Faces and rigid bodies --------------------------------------------------------------------------------------- */
-
-/* Writes the fastest wave of a scene. */
-static void WriteWave(const MPMLook *look, MPMOdd *odd)
-{
-  (void)snprintf(odd->other, MPM_WORDS, "%.3g m/s", (double)look->c);
-}
-
-/* Sets the largest speed of the wall of a face, m/s. */
-static PetscBool WallSpeed(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *speed)
-{
-  const MPMFace *f      = &look->scene->walls.given[k / 2][k % 2];
-  const PetscReal x[3]  = {0};
-  PetscReal       size2 = 0;
-
-  if (!MPMWallHas(f->type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) size2 += f->velocity[d] * f->velocity[d];
-  *speed = PetscMax(PetscSqrtReal(size2),
-                    MPMUnlikelySize(look, look->scene->wall_velocity[k], look->scene->wall_along[k] ? 1 : look->core->grid.dim, x));
-  WriteWave(look, odd);
-  return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
-}
-
-PetscBool MPMUnlikely_face_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal speed = 0;
-
-  if (!WallSpeed(look, k, odd, &speed)) return PETSC_FALSE;
-  odd->ratio = speed / look->c;
-  return PETSC_TRUE;
-}
-
-PetscBool MPMUnlikely_face_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal speed = 0;
-
-  if (!WallSpeed(look, k, odd, &speed) || !(speed > 0) || !(look->time->end > 0)) return PETSC_FALSE;
-  odd->ratio = speed * look->time->end / MPMGridSmallestH(&look->core->grid);
-  return PETSC_TRUE;
-}
-
-/* Returns the rigid body k among the shapes, or NULL if that is none. */
-static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
-{
-  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-
-  return b->rigid == MPM_RIGID_NONE ? NULL : b;
-}
-
-PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = look->scene->materials;
-
-  if (!b || !(b->rho > 0)) return PETSC_FALSE;
-  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
-    if (look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
-  odd->ratio = b->rho / m->rho;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  MPMUnlikelyWrite(odd->meant, 1000 * b->rho);
-  return MPMUnlikelyGiven("body", b->name, "_rho", odd);
-}
-
-PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody  *b    = RigidBody(look, k);
-  const PetscReal x[3] = {0};
-
-  if (!b || !MPMUnlikelyGiven("body", b->name, "_velocity", odd)) return PETSC_FALSE;
-  odd->ratio = MPMUnlikelySize(look, b->velocity, look->core->grid.dim, x) / look->c;
-  WriteWave(look, odd);
-  return PETSC_TRUE;
-}
-
-PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody  *b    = RigidBody(look, k);
-  const PetscReal x[3] = {0};
-  PetscReal       lower[3], upper[3], size = 0, spin;
-
-  if (!b || !MPMUnlikelyGiven("body", b->name, "_spin", odd)) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, 0.5 * (upper[d] - lower[d]));
-  spin       = MPMUnlikelySize(look, b->spin, look->core->grid.dim == 3 ? 3 : 1, x);
-  odd->ratio = spin * size / look->c;
-  WriteWave(look, odd);
-  MPMUnlikelyWrite(odd->meant, spin * PETSC_PI / 30);
-  return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* --- Probes ------------------------------------------------------------------------------------------------------- */
-
-PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid  *grid = &look->core->grid;
-  const MPMProbe *p    = NULL;
-
-  for (PetscInt j = 0; j < look->monitor->measures.nprobes; j++)
-    if (!strcmp(look->monitor->measures.probe[j].name, look->scene->probes[k])) p = &look->monitor->measures.probe[j];
-  if (!p || !p->stays) return PETSC_FALSE;
-  odd->ratio = PETSC_MAX_REAL;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    const MPMMaterial *m   = &look->scene->materials[look->scene->bodies[b].material];
-    PetscReal          far = 0;
-    PetscBool          may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
-
-    for (PetscInt d = 0; d < grid->dim; d++) {
-      const PetscReal out = PetscMax(look->lower[b][d] - p->x[d], p->x[d] - look->upper[b][d]);
-
-      far = PetscMax(far, out / grid->h[d]);
-      /* matter comes to what is below it; loose matter runs as far as it is high, water anywhere */
-      if (out > 0 && look->core->params.gravity[d] * (p->x[d] - look->lower[b][d]) > 0) may = PETSC_TRUE;
-      if (m->type->traits & MPM_FLUID && p->x[look->down] < look->upper[b][look->down]) may = PETSC_TRUE;
-      if (m->type->traits & MPM_LOOSE && d != look->down && look->core->params.gravity[look->down] != 0 &&
-          p->x[look->down] < look->upper[b][look->down] &&
-          out < 3 * (look->upper[b][look->down] - look->lower[b][look->down]))
-        may = out > 0 ? PETSC_TRUE : may;
-    }
-    odd->ratio = PetscMin(odd->ratio, may ? 0 : far);
-  }
-  return MPMUnlikelyGiven("probe", p->name, "_at", odd);
-}
 
 /* --- The run ------------------------------------------------------------------------------------------------------ */
 
@@ -157,7 +35,13 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscReal part = look->g > 5000 ? look->g / 1000 : look->g / 100;
+  const PetscReal foot = 0.3048, inch = 0.0254,
+                  part = look->g > 5000                      ? look->g / 1000
+                         : look->g > 500                     ? look->g / 100
+                         : look->g > 385 && look->g < 387    ? look->g * inch
+                         : look->g > 32.1 && look->g < 32.3 ? look->g * foot
+                         : look->g < 0.1                     ? look->g * 1000
+                                                             : 0;
 
   if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_most) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
@@ -165,8 +49,106 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
   odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
-                   (double)(look->core->params.gravity[d] * part / look->g));
+                   0.01 * (double)PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gravity_two(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal *g = look->core->params.gravity;
+  PetscInt         n = 0;
+
+  (void)k;
+  odd->ratio = 1;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    n += PetscAbsReal(g[d]) > MPM_BOUND_earth_least && PetscAbsReal(g[d]) < MPM_BOUND_earth_most;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%.3g", d ? "," : "", (double)(g[d] / PetscSqrtReal((PetscReal)PetscMax(1, n))));
+  MPMUnlikelyWrite(odd->other, look->g);
+  return n > 1 ? MPMUnlikelyGiven("gravity", NULL, "", odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_acceleration_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[0].material];
+  const PetscReal    size = MPMUnlikelyExtent(look, look->scene->bodies[0].material, -1);
+  PetscReal          x[3];
+
+  (void)k;
+  if (!look->scene->acceleration || look->scene->known) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[0][d] + look->upper[0][d]);
+  odd->ratio = MPMUnlikelySize(look, look->scene->acceleration, look->core->grid.dim, x) * m->rho * size / MPMUnlikelyModulus(m, PETSC_TRUE);
+  (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s", m->name);
+  return MPMUnlikelyGiven("acceleration", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_together(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  MPMOdd first;
+
+  (void)k;
+  odd->ratio = 1;
+  if (look->scene->nbodies < 2 || look->g > 0 || look->scene->forced || look->scene->known || look->core->rigids.n) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+    if (look->scene->walls.given[face / 2][face % 2].type != MPM_WALL_free) return PETSC_FALSE;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    if (!(look->scene->bodies[b].v2 > 0) || !MPMUnlikelyGiven("body", look->scene->bodies[b].name, "_velocity", odd) ||
+        strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+      return PETSC_FALSE;
+    if (!b) first = *odd;
+    if (strcmp(first.value, odd->value)) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscInt dim = look->core->grid.dim;
+  char          *at;
+
+  (void)k;
+  if (!MPMUnlikelyGiven("initial_stress", NULL, "", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+    return PETSC_FALSE;
+  for (PetscInt m = 0; m < look->scene->nmaterials; m++)
+    if (!(look->scene->materials[m].type->traits & MPM_LOOSE)) return PETSC_FALSE;
+  at = odd->value;
+  for (PetscInt d = 0, n = 0; d < dim; d++) /* xx, xy, xz, yy, ...: its trace */
+    for (PetscInt e = d; e < dim; e++, n++) {
+      odd->ratio += d == e ? strtod(at, &at) : (strtod(at, &at), 0);
+      at += strspn(at, ", ");
+    }
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_falls(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscReal g    = look->core->params.gravity[look->down];
+  const PetscInt  face = 2 * look->down + (g > 0);
+  PetscReal       gap;
+
+  if (k || !(look->g > 0) || look->core->rigids.n || look->scene->forced || look->scene->known) return PETSC_FALSE;
+  if (MPMUnlikelyGiven("particles_leave", NULL, "", odd) && !strcasecmp(odd->value, "delete")) return PETSC_FALSE;
+  for (PetscInt j = 0; j < 2 * grid->dim; j++)
+    if (look->scene->walls.given[j / 2][j % 2].type != MPM_WALL_free) return PETSC_FALSE; /* others are told of */
+  gap        = g > 0 ? grid->upper[look->down] - look->highest[look->down] : look->lowest[look->down] - grid->lower[look->down];
+  odd->ratio = 0.5 * PetscAbsReal(g) * look->time->end * look->time->end / PetscMax(gap, 1e-3 * grid->h[look->down]);
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (look->scene->bodies[b].v2 > 0) odd->ratio = 0;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_waves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  if (look->core->implicit || look->seconds > 86400) return PETSC_FALSE; /* which is told */
+  odd->ratio = look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1);
+  for (PetscInt m = 0; m < look->scene->nmaterials && !odd->other[0]; m++)
+    if (MPMUnlikelyModulus(&look->scene->materials[m], PETSC_FALSE) >= 0.99 * look->c * look->c * look->scene->materials[m].rho)
+      (void)snprintf(odd->other, MPM_WORDS, "of %s", look->scene->materials[m].name);
+  return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -280,7 +262,7 @@ PetscBool MPMUnlikely_end_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  static const char *const options[] = {"output_every", "history_every"};
+  static const char *const options[] = {"output_every", "history_every", "checkpoint_every"};
 
   (void)k;
   if (look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
@@ -293,6 +275,43 @@ PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal output = PETSC_MAX_REAL, history = PETSC_MAX_REAL, every;
+
+  (void)k;
+  if (look->core->implicit || !(look->dt > 0)) return PETSC_FALSE;
+  (void)MPMUnlikelyNumber("output_every", NULL, "", odd, &output);
+  (void)MPMUnlikelyNumber("history_every", NULL, "", odd, &history);
+  if (!(history > 0)) history = PETSC_MAX_REAL;
+  if (!(output > 0)) output = PETSC_MAX_REAL;
+  if (!MPMUnlikelyNumber(output <= history ? "output_every" : "history_every", NULL, "", odd, &every)) return PETSC_FALSE;
+  odd->ratio = PetscMin(output, history) / look->dt;
+  MPMUnlikelyWrite(odd->other, look->dt);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_output_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal every;
+
+  (void)k;
+  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0)) return PETSC_FALSE;
+  odd->ratio = look->time->end / PetscMax(every, look->dt);
+  MPMUnlikelyWrite(odd->meant, look->time->end / 100);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_check_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)look;
+  (void)k;
+  if (!MPMUnlikelyNumber("check_energy", NULL, "", odd, &odd->ratio) || odd->ratio <= 0.99)
+    if (!MPMUnlikelyNumber("check_momentum", NULL, "", odd, &odd->ratio)) return PETSC_FALSE;
+  MPMUnlikelyWrite(odd->meant, odd->ratio / 100);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *odd)

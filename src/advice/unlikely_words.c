@@ -60,3 +60,12 @@ PetscReal MPMUnlikelySize(const MPMLook *look, MPMExpression formula, PetscInt n
   }
   return PetscSqrtReal(most);
 }
+
+PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
+{
+  PetscReal weight = 0;
+
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    weight += look->scene->materials[k].rho * PetscAbsReal(look->core->params.gravity[d]) * MPMUnlikelyExtent(look, k, d);
+  return weight;
+}

@@ -73,6 +73,7 @@ PetscErrorCode MPMModelSetFromOptions(MPMCost *, MPMOptions);
 PetscErrorCode MPMModelSetUp(MPMCost *, const MPMCore *, const MPMScene *, const char dir[]);
 PetscErrorCode MPMModelSave(const MPMCost *, const MPMCore *, const MPMScene *);
 PetscBool      MPMModelIsFile(const char path[]);
+void           MPMModelMissed(MPMModel *, PetscReal ratio); /* a calibration was wrong by it: promises no less */
 PetscBool      MPMModelReadLine(const MPMTimers *, const char line[], MPMModel *, int *found);
 void           MPMModelMethod(const MPMCore *, const MPMScene *, char text[], size_t len);
 

@@ -61,6 +61,7 @@ PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMS
   fprintf(file, "# constants of pebble's model of a step, by make calibrate; s, and s a particle, node or byte\n");
   fprintf(file, "# rate <part of the step> <a call>, then three times <at so many> <so much each>\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
+  if (m->within > MPM_WITHIN_CALIBRATED) fprintf(file, "within %.3g\n", (double)m->within);
   for (PetscInt q = 0; q < core->timers.n; q++) {
     const PetscInt e = MPMTimersRow(&core->timers, q);
     const MPMRate *r = &m->rate[e];
@@ -88,6 +89,11 @@ PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel 
   if (!strncmp(line, "method ", 7) || line[0] == '#' || !line[0]) return PETSC_TRUE;
   if (!strncmp(line, "from ", 5)) {
     (void)snprintf(m->from, sizeof m->from, "%.*s", (int)sizeof m->from - 1, line + 5);
+    return PETSC_TRUE;
+  }
+  if (!strncmp(line, "within ", 7)) {
+    if (sscanf(line, "within %lf", v) != 1 || !(v[0] >= MPM_WITHIN_CALIBRATED && v[0] < 1e6)) return PETSC_FALSE;
+    m->within = v[0];
     return PETSC_TRUE;
   }
   if (!strncmp(line, "rate ", 5)) {
@@ -143,6 +149,7 @@ static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScen
   wrong[0] = 0;
   MPMModelMethod(core, scene, method, sizeof method);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m->rate[e], sizeof m->rate[e]));
+  m->within = MPM_WITHIN_CALIBRATED; /* unless the file has a line of its own */
   while (file && fgets(line, (int)sizeof line, file)) {
     line[strcspn(line, "\n")] = 0;
     if (!strncmp(line, "method ", 7)) (void)snprintf(theirs, sizeof theirs, "%s", line + 7);
@@ -193,6 +200,13 @@ static PetscErrorCode LoadNewest(MPMCost *cost, const MPMCore *core, const MPMSc
   }
   if (folder) (void)closedir(folder);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void MPMModelMissed(MPMModel *m, PetscReal ratio)
+{
+  const PetscReal missed = PetscMax(ratio, 1 / ratio);
+
+  if (missed > m->within) m->within = PetscCeilReal(10 * missed) / 10;
 }
 
 /* Returns whether a file is one of a calibration: one of the first lines names a method. Not collective. */
@@ -250,8 +264,8 @@ PetscErrorCode MPMModelSetUp(MPMCost *cost, const MPMCore *core, const MPMScene 
   }
   if (!rank && !named && !cost->used[0]) PetscCall(LoadNewest(cost, core, scene, dir));
   /* A calibration on one process has measured no messages, and says so. */
-  if (cost->used[0] && (size == 1 || !strstr(cost->model.from, "messages rough")))
-    cost->model.within = MPM_WITHIN_CALIBRATED;
+  if (cost->used[0] && size > 1 && strstr(cost->model.from, "messages rough"))
+    cost->model.within = PetscMax(cost->model.within, MPM_WITHIN_ROUGH);
   if (wrong[0] && !cost->used[0])
     (void)snprintf(cost->note, sizeof cost->note,
                    "%.1200s, so rough constants predict times; make calibrate SCENE=<options file> measures those of "

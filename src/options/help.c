@@ -105,7 +105,7 @@ static PetscBool IsAliasOf(const MPMVocabulary *table, const char row[], const c
     const char  *end = table->aliases[k][1];
     const size_t n = strlen(row), len = strlen(end);
 
-    if (strcasecmp(table->aliases[k][0], word) || n < len || strcmp(row + n - len, end)) continue;
+    if (!MPMOptionsHasWord(table->aliases[k][0], word, strlen(word)) || n < len || strcmp(row + n - len, end)) continue;
     if (n == len || row[n - len - 1] == '_') return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -172,18 +172,25 @@ static void Close(const MPMVocabulary *table, const char word[], char list[], si
 PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscBool print, char fault[], size_t len)
 {
   char        list[MPM_TEXT_LEN / 4] = "", close[MPM_TEXT_LEN / 4] = "";
+  char        joined[MPM_TEXT_LEN / 4] = "";
   const char *instead = NULL;
-  size_t      each    = n > 1;
+  size_t      each    = n > 1, found;
 
   fault[0] = 0;
   if (n == 0 && print)
     printf(
         "Pebble: the Material Point Method on PETSc\n"
         "  pebble -options_file options/disks.opts [-option value ...]\n"
-        "  pebble -help wall prints the options that have this word; pebble -help petsc also lists PETSc's own options\n"
+        "  pebble -help wall prints the options that have this word, or what a word of another program is here;\n"
+        "  pebble -help words lists all such words, pebble -help petsc also PETSc's own options\n"
         "  pebble -version; -log_view times events and counts messages, -dm_view prints the DMs of grid and particles\n"
         "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
-  if (PrintLines(table, n, words, print)) return PETSC_TRUE;
+  for (int w = 0; w < n; w++)
+    (void)snprintf(joined + strlen(joined), sizeof joined - strlen(joined), "%s%.100s", w ? "_" : "", words[w]);
+  if (!strcasecmp(joined, "words")) return MPMOptionsPrintWords(table, NULL, PETSC_FALSE, print) ? PETSC_TRUE : PETSC_FALSE;
+  found = PrintLines(table, n, words, print);
+  if (n) found += MPMOptionsPrintWords(table, joined, found ? PETSC_TRUE : PETSC_FALSE, print);
+  if (found) return PETSC_TRUE;
   for (int w = 0; w < n; w++) {
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), " %.100s", words[w]);
     if (PrintLines(table, 1, words + w, PETSC_FALSE)) continue;

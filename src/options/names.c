@@ -132,21 +132,27 @@ static PetscErrorCode FindRefusing(MPMOptions o, const MPMOptionRow *row, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the legal name for which `given` is another program's word; returns false if there is none. */
+/* Finds the legal name for which `given` is another program's word, if there are several one that the chosen model, shape
+   or type takes; returns false if there is none. */
 static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
-  for (size_t k = 0; k < o->table->naliases; k++) {
-    const char *const  *alias = o->table->aliases[k];
-    const PetscBool     whole = !strcasecmp(given, alias[0]) ? PETSC_TRUE : PETSC_FALSE;
-    const size_t        keep  = whole ? 0 : strlen(given) - PetscMin(strlen(given), strlen(alias[0]));
-    const MPMOptionRow *row;
+  PetscBool found = PETSC_FALSE;
 
-    if (!whole && !EndsWith(given, alias[0])) continue;
-    (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, alias[1]);
-    row = Find(o, nearest);
-    if (row && row->type != MPM_MOVED) return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
+  for (size_t k = 0; k < o->table->naliases; k++)
+    for (const char *tail = given; tail; tail = strchr(tail, '_') ? strchr(tail, '_') + 1 : NULL) {
+      const MPMOptionRow   *row;
+      const MPMOptionValue *refusing = NULL;
+      char                  name[MPM_FULL_LEN];
+
+      if (!MPMOptionsHasWord(o->table->aliases[k][0], tail, strlen(tail))) continue;
+      (void)snprintf(name, MPM_FULL_LEN, "%.*s%s", (int)(tail - given), given, o->table->aliases[k][1]);
+      row = Find(o, name);
+      if (!row || row->type == MPM_MOVED || FindRefusing(o, row, name, &refusing)) continue;
+      if (!found || !refusing) (void)snprintf(nearest, MPM_FULL_LEN, "%s", name);
+      if (!refusing) return PETSC_TRUE;
+      found = PETSC_TRUE;
+    }
+  return found;
 }
 
 /* Finds the legal name that is closest to `given`, or "" if none is close. */
@@ -189,7 +195,7 @@ static PetscBool IsPetscs(const char given[])
 
   for (size_t k = 0; k < NUM(petsc); k++)
     if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
-  if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || strcmp(time, "static"))
+  if (PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, &set) || !set || !strcmp(time, "explicit"))
     return PETSC_FALSE;
   return MPMOptionsIsOfSolver(given);
 }
@@ -265,46 +271,43 @@ static void CheckView(MPMOptions o, const char name[], const char value[])
                  MPM_NAME_LEN, value);
 }
 
-/* Described in reader.h. */
-const char *MPMOptionsForeign(const MPMVocabulary *table, const char given[])
+/* Returns what follows the name of a material, body, load ... in an option: a body may be called rigid. */
+static const char *OwnWords(MPMOptions o, const char given[])
 {
-  const char *text = NULL;
-  size_t      most = 0;
+  for (size_t r = 0; r < o->table->n; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const char(*words)[MPM_NAME_LEN];
+    const PetscInt n    = row->name ? Words(o, row, &words) : 0;
+    const size_t   head = row->name ? strcspn(row->name, "<") : 0;
 
-  for (size_t k = 0; k < table->nforeign; k++) {
-    const char  *word = table->foreign[k].value;
-    const size_t n    = strlen(word);
-
-    for (const char *at = given; !table->foreign[k].row[0] && n > most && *at; at++)
-      if (!strncasecmp(at, word, n) && (at == given || at[-1] == '_') && (!at[n] || at[n] == '_')) {
-        text = table->foreign[k].text;
-        most = n;
-      }
+    for (PetscInt k = 0; k < n; k++)
+      if (!strncasecmp(row->name, given, head) && !strncasecmp(words[k], given + head, strlen(words[k])) &&
+          given[head + strlen(words[k])] == '_')
+        return given + head + strlen(words[k]) + 1;
   }
-  return text;
+  return given;
 }
 
 /* Refuses a name that is not in the vocabulary. Where the closest option is one that the chosen model, shape or type
    does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
-  char nearest[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
+  char nearest[MPM_FULL_LEN], alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
-  const char           *list, *foreign = MPMOptionsForeign(o->table, given);
-
-  const char           *of = MPMOptionsOfStage(o, given);
+  const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
   nearest[0] = 0;
   if (of) Nearest(o, of, nearest);
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (foreign && !(o->nb && IsUndeclared(o, given, name, &list))) {
+  Nearest(o, given, nearest);
+  if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
+      MPMOptionsDistance(given, nearest) > 1) {
     MPMOptionsFail(o, "-%.*s is not an option of this scene; %s", MPM_FULL_LEN, given, foreign);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  Nearest(o, given, nearest);
   row = nearest[0] ? Find(o, nearest) : NULL; /* NULL also for an option of PETSc */
   if (row) PetscCall(FindRefusing(o, row, nearest, &choice));
   if (choice)

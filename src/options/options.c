@@ -8,12 +8,30 @@
 #include <strings.h>
 #include "options/reader.h"
 
+/* Takes out options whose value is "none" and whose default is that: so the command line can switch off what a file
+   gives. */
+static PetscErrorCode TakeOutNone(const MPMVocabulary *table)
+{
+  PetscFunctionBeginUser;
+  for (const MPMOptionRow *row = table->row; row < table->row + table->n; row++) {
+    char      dashed[MPM_FULL_LEN + 1], text[MPM_NAME_LEN];
+    PetscBool given;
+
+    if (!row->name || strchr(row->name, '<') || strcmp(row->fallback, "none")) continue;
+    (void)snprintf(dashed, sizeof dashed, "-%s", row->name);
+    PetscCall(PetscOptionsGetString(NULL, NULL, dashed, text, sizeof text, &given));
+    if (given && !strcmp(text, "none")) PetscCall(PetscOptionsClearValue(NULL, dashed));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Creates a reader for the options of a vocabulary, which must stay valid. Not collective. */
 PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscNew(o));
   (*o)->table = table;
+  PetscCall(TakeOutNone(table));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,26 +221,6 @@ static const char *FindValue(const char word[], const char values[], size_t n, s
   return NULL;
 }
 
-/* Returns whether two words are the same but for their case and for - and _ in them. */
-static PetscBool AreAlike(const char a[], const char b[])
-{
-  for (;; a++, b++) {
-    a += strspn(a, "-_");
-    b += strspn(b, "-_");
-    if (strncasecmp(a, b, 1)) return PETSC_FALSE;
-    if (!*a) return PETSC_TRUE;
-  }
-}
-
-/* Returns what to choose in place of a value that another program has, or NULL. */
-static const char *Foreign(MPMOptions o, const MPMOptionRow *row, const char text[])
-{
-  for (size_t k = 0; k < o->table->nforeign; k++)
-    if (!strcmp(o->table->foreign[k].row, row->name) && AreAlike(o->table->foreign[k].value, text))
-      return o->table->foreign[k].text;
-  return NULL;
-}
-
 /* Reads one of the values a|b|c of the row, and spells it as the row does. Values after a blank in the row are not
    built yet. */
 PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char name[], char value[MPM_NAME_LEN],
@@ -246,7 +244,7 @@ PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char nam
            FindValue(text, row->allowed + built + 1, strlen(row->allowed + built + 1), &len))
     MPMOptionsFail(o, "-%s %s is not built yet: %s %.*s", full, text, choose, (int)built, row->allowed);
   else if (found) {
-    other = Foreign(o, row, text);
+    other = MPMOptionsForeignValue(o->table, row->name, text);
     MPMOptionsFail(o, "-%s %.100s: %s %.*s%s%s", full, text, choose, (int)built, row->allowed, other ? "; " : "",
                    other ? other : "");
   }

@@ -41,11 +41,11 @@ typedef struct {
   size_t              n;
   const MPMOptionRow *row;
   const char (*faces)[MPM_NAME_LEN]; /* [2 dim] names of the faces of a grid */
-  size_t naliases;                   /* words of other programs for an option, or for its end after a "_": */
-  const char *const (*aliases)[2];   /* [naliases] the word, and what it stands for */
+  size_t naliases;                   /* words of other programs, separated by blanks, for an option, or for its end after a "_": */
+  const char *const (*aliases)[2];   /* [naliases] the words, and what they stand for */
   size_t                nchoices, nforeign;
   const MPMOptionValue *choices,
-      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] of other programs, or words in names (row "") */
+      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] words of other programs, separated by blanks; row "": in names too */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;

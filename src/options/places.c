@@ -93,6 +93,28 @@ void MPMOptionsPlace(const char name[], const char value[], char place[], size_t
   }
 }
 
+/* Returns whether a line of a file gives the name; and how many different names all lines give. Not collective. */
+PetscBool MPMOptionsIsPlaced(const char name[])
+{
+  size_t k = last[Bucket(name)];
+
+  while (k && strcasecmp(given[k - 1].name, name)) k = given[k - 1].before;
+  return k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+int MPMOptionsPlaced(void)
+{
+  int n = 0;
+
+  for (size_t k = 0; k < ngiven; k++) {
+    size_t before = given[k].before;
+
+    while (before && strcasecmp(given[before - 1].name, given[k].name)) before = given[before - 1].before;
+    n += !before;
+  }
+  return n;
+}
+
 /* Forgets all places. Not collective. */
 void MPMOptionsForgetPlaces(void)
 {

@@ -38,6 +38,8 @@ int  MPMOptionsNewFile(void);
 /* Returns whether a name is that of an option, or of it in a stage. */
 PetscBool MPMOptionsIsFor(const char name[], const char option[]);
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
+int  MPMOptionsPlaced(void);
+PetscBool MPMOptionsIsPlaced(const char name[]);
 void MPMOptionsForgetPlaces(void);
 
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
@@ -72,8 +74,14 @@ void           MPMOptionsWholeOf(char path[MPM_TEXT_LEN]);
 PetscErrorCode MPMOptionsNoteWhole(const char name[], const char text[], const char with[]);
 const char    *MPMOptionsWholePath(const char name[], const char text[]);
 
-/* Returns what there is instead of what an option of another program is for, if the name `given` has a word of one;
-   else NULL. */
+/* Words of other programs (words.c). AreAlike returns whether two words are the same but for case and for - _ * in them, and
+   HasWord whether a list has the word of n characters. ForeignValue returns what to choose in place of a value of an option,
+   Foreign what there is instead, if an option's name has such a word; or NULL. PrintWords prints the lines of a word, or of
+   all (NULL), and returns how many there are. */
+PetscBool   MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t nb);
+PetscBool   MPMOptionsHasWord(const char words[], const char word[], size_t n);
+const char *MPMOptionsForeignValue(const MPMVocabulary *, const char row[], const char value[]);
 const char *MPMOptionsForeign(const MPMVocabulary *, const char given[]);
+size_t      MPMOptionsPrintWords(const MPMVocabulary *, const char word[], PetscBool titled, PetscBool print);
 
 #endif

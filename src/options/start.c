@@ -6,6 +6,7 @@
 #include "options/reader.h"
 
 static PetscBool started;
+static int       number; /* of different options that were given */
 
 /* Returns the rank, as the launcher gives it in the environment, since MPI has not started. */
 static int RankFromEnvironment(void)
@@ -82,6 +83,21 @@ static void CheckPrefix(const char value[], const char *pushed[], int most, int 
     (void)snprintf(error, len, "prefixes too deep or too long");
   else
     pushed[(*depth)++] = value;
+}
+
+/* Returns how many different options the arguments and the files that they name give. */
+static int CountOptions(int argc, char **argv)
+{
+  int n = MPMOptionsPlaced();
+
+  for (int k = 1; k < argc; k++) {
+    int j = 1;
+
+    if (!MPMOptionsIsOption(argv[k]) || !strncasecmp(argv[k], "-options_file", 13)) continue;
+    while (j < k && strcasecmp(argv[j], argv[k])) j++;
+    n += j == k && !MPMOptionsIsPlaced(argv[k] + 1);
+  }
+  return n;
 }
 
 /* Reports words that are neither options nor their values, and prefixes that are not popped: PETSc ignores both. */
@@ -173,6 +189,7 @@ PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int
         "usage: %.100s -options_file options/disks.opts [-option value ...]   (pebble -help lists the options)", name);
   else
     CheckArguments(argc, argv, error, sizeof error);
+  number = CountOptions(argc, argv);
   MoveFilesFirst(argc, argv);
   if (!error[0]) return PETSC_FALSE;
   Say(error);
@@ -197,7 +214,10 @@ PetscErrorCode MPMOptionsStartFault(MPI_Comm comm, int line, const char *functio
     (void)snprintf(error, sizeof error, "%.200s: not valid YAML, or not names with values",
                    MPMOptionsYaml ? MPMOptionsYaml : "-options_string_yaml");
   else if (text && strstr(text, "max number of options"))
-    (void)snprintf(error, sizeof error, "more options than this PETSc takes (%.100s)", text);
+    (void)snprintf(error, sizeof error,
+                   "%d options are given, and this PETSc takes %d: a polygon of several loops, an expression or a file "
+                   "(-body_<b>_shape) makes one body of many; newer PETSc has no such limit",
+                   number, atoi(strstr(text, "max number of options") + strlen("max number of options")));
   else
     (void)snprintf(error, sizeof error, "%s", text ? text : "PETSc does not start");
   Say(error);

@@ -193,6 +193,7 @@ typedef struct {
   PetscInt         meets[2];     /* which */
   PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
   PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
+  PetscReal        loads;        /* and by body forces, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;

@@ -250,28 +250,27 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid;
 }
 
-PetscReal MPMShownKineticShare(const MPMTotals *totals)
+/* Returns the work of loads and body forces, of those on free rigid bodies too. */
+static PetscReal Loads(const MPMShown *s)
 {
-  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
-                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
-
-  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+  return s->now->energy[MPM_ENERGY_loads] + s->core->rigids.loads;
 }
 
 /* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 kick, which is exact in free fall.
    Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 kick by
    (v dt - v_start dt_1)/2, with the first step dt_1, but for the squares of changes of dt. All kicks together are t +
-   (dt_1 - dt)/2. */
+   (dt_1 - dt)/2. Implicit steps have no kicks: their work is that along the displacement. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
-  PetscReal work = s->now->energy[MPM_ENERGY_loads] + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
+  const PetscReal  part = s->core->implicit ? 0 : 0.5;
+  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
             (MPMShownEver(now, MPM_SHOWS_mass_moment, d) - start->sum[MPM_SHOWS_mass_moment][d] -
-             0.5 * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
+             part * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
   return work;
 }
 
@@ -284,7 +283,7 @@ PetscReal MPMShownResidual(const MPMShown *s)
 }
 
 VALUE(energy_residual, MPMShownResidual(s))
-VALUE(load_work, s->now->energy[MPM_ENERGY_loads])
+VALUE(load_work, Loads(s))
 VALUE(energy_gravity, s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
 VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
 VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])

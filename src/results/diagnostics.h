@@ -119,7 +119,13 @@ PetscErrorCode MPMLostEnter(const MPMScene *, MPMCore *, PetscInt first); /* tak
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 
 /* Returns the kinetic energy, that of free rigid bodies too, over the strain energy; infinite where there is no strain. */
-PetscReal MPMShownKineticShare(const MPMTotals *);
+static inline PetscReal MPMShownKineticShare(const MPMTotals *totals)
+{
+  const PetscReal kinetic = totals->sum[MPM_SHOWS_kinetic_energy][0] + totals->rigid,
+                  strain  = totals->sum[MPM_SHOWS_strain_energy][0];
+
+  return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
+}
 
 /* Return the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
    change of the energy less that work, J. */

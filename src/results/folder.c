@@ -1,6 +1,7 @@
 /* folder.c - the folder of the results: which of its files a run may replace, and what an earlier run left there.
 
-   A run writes <name>.csv, and with snapshots <name>.h5 and <name>.xdmf and the folder <name>.snapshots.
+   A run writes <name>.csv, and with snapshots <name>.h5, <name>.xdmf, .grid.xdmf and .rigid.xdmf, and the folder
+   <name>.snapshots.
    Pebble knows its own files by what they begin with, or by an attribute. A file that is not complete has
    another name, which ends with MPM_NEW_FILE and which nothing else has. */
 #include <ctype.h>
@@ -20,6 +21,8 @@ static const Known known[] = {
     {".csv", "step,time,dt,kinetic_energy,", NULL},
     {".h5", NULL, NULL}, /* IsResult looks */
     {".xdmf", "<!-- pebble ", "<Grid Name=\"particles\" GridType=\"Collection\" CollectionType=\"Temporal\">"},
+    {".grid.xdmf", "<!-- pebble ", NULL},
+    {".rigid.xdmf", "<!-- pebble ", NULL},
 };
 #define FILES    ((int)(sizeof known / sizeof known[0]))
 #define SEPARATE ".snapshots"

@@ -115,8 +115,8 @@ void MPMOutputClear(const MPMOutput *, const MPMScene *, PetscBool beyond);
    exchange.data. */
 PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
 
-/* Write the index <name>.h5 and the text <name>.xdmf for the snapshots so far: to new files, which are then renamed, so
-   that both are complete at every moment. The first process writes; *fault, on this process, says what went wrong
+/* Write the index <name>.h5 and the texts <name>.xdmf ... for the snapshots so far: to new files, which are then renamed, so
+   that all are complete at every moment. The first process writes; *fault, on this process, says what went wrong
    (index.c, xdmf.c). Collective on exchange.data. */
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMXdmfWrite(MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);

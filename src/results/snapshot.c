@@ -6,7 +6,7 @@
      rigid/x faces ...    the surfaces of rigid bodies, if there are any (rigid_faces.c)
      grid/mass v ...      [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates; kernels/node.def names them
    Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
-   the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
+   the snapshots in one file, and xdmf.c writes the texts by which ParaView opens them. With a PETSc that has no HDF5,
    options that ask for snapshots are refused. */
 #include "results/hdf5.h"
 #include "results/output.h"

@@ -24,9 +24,9 @@ PetscReal MPMShown_pressure(const PetscReal s[])
 /* Sets value [3] to the principal stresses; tension is positive. */
 static void Principal(const PetscReal s[], PetscReal value[3])
 {
-  PetscReal a[6], axis[3][3];
+  const PetscReal a[6] = {s[0], s[1], s[2], s[4], s[5], s[8]};
+  PetscReal       axis[3][3];
 
-  for (PetscInt k = 0; k < 6; k++) a[k] = s[MPMShownStress(3, k)];
   MPMEigen(3, a, value, axis);
 }
 

@@ -1,10 +1,17 @@
-/* xdmf.c - the file <name>.xdmf, which lies beside the folder of the snapshots: a text by which ParaView (its readers
-   Xdmf3 and Xdmf2), VTK and meshio open them. Each particle is a vertex of its own, of which the first reader draws
-   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The surfaces
-   of rigid bodies are edges or triangles. The particles come last, since meshio takes the last part of a file. */
+/* xdmf.c - the files <name>.xdmf of the particles, .grid.xdmf of the nodes and .rigid.xdmf of the surfaces of rigid
+   bodies, which lie beside the folder of the snapshots: texts by which ParaView (its readers Xdmf3 and Xdmf2), VTK and meshio open
+   them. Each is a file of its own, since the readers Xdmf3 neither name the parts of a file nor let one choose among them.
+   Each particle is a vertex of its own, of which the first reader draws nothing else; the numbers of the vertices are the ids,
+   or the dataset `row` if particles were removed. The surfaces are edges or triangles. */
 #include <errno.h>
 #include <unistd.h>
 #include "results/rigid_faces.h"
+
+/* Writes snapshot k of what a file shows, whose data are in the HDF5 file `file`. */
+typedef struct {
+  const char *name, *end;
+  void (*write)(const MPMOutput *, const MPMCore *, PetscInt64 started, FILE *, const char file[], PetscInt k);
+} Part;
 
 static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
                       PetscInt step, const char path[])
@@ -108,45 +115,50 @@ static void XdmfRigids(const MPMOutput *out, const MPMCore *core, PetscInt64 sta
   fprintf(f, "        </Attribute>\n      </Grid>\n");
 }
 
+/* Writes one of the files, unless this run has no such part; returns whether that was possible. */
+static PetscBool WriteFile(const Part *part, const MPMOutput *out, const MPMCore *core, const MPMScene *scene,
+                           char path[2 * MPM_TEXT_LEN])
+{
+  char      fresh[2 * MPM_TEXT_LEN + 16], file[2 * MPM_TEXT_LEN];
+  FILE     *f;
+  PetscBool good;
+
+  (void)snprintf(path, 2 * MPM_TEXT_LEN, "%s/%s%s", out->dir, scene->name, part->end);
+  (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
+  (void)unlink(fresh); /* one that an earlier run left; a link is not followed */
+  f = fopen(fresh, "wx");
+  if (!f) return PETSC_FALSE;
+  fprintf(f, "<?xml version=\"1.0\"?>\n<!-- pebble " MPM_VERSION " -->\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
+  fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", part->name);
+  for (PetscInt k = 0; k < out->count; k++) {
+    MPMSnapshotPath(out, scene, out->steps[k], PETSC_TRUE, file);
+    part->write(out, core, MPMSceneStarted(scene), f, file, k);
+  }
+  fprintf(f, "    </Grid>\n  </Domain>\n</Xdmf>\n");
+  good = !fflush(f) && !ferror(f) ? PETSC_TRUE : PETSC_FALSE;
+  if (fclose(f)) good = PETSC_FALSE;
+  if (good && !rename(fresh, path)) return PETSC_TRUE;
+  (void)unlink(fresh);
+  return PETSC_FALSE;
+}
+
 PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
-  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16], file[2 * MPM_TEXT_LEN];
-  FILE       *f;
-  PetscBool   good;
-  PetscMPIInt rank;
-  void (*const write[])(const MPMOutput *, const MPMCore *, PetscInt64, FILE *, const char[],
-                        PetscInt) = {XdmfNodes, XdmfRigids, XdmfParticles};
-  const char *const names[]       = {"grid", "rigid", "particles"};
-  const PetscBool   there[]       = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
+  const Part      parts[] = {{"grid", ".grid.xdmf", XdmfNodes},
+                             {"rigid", ".rigid.xdmf", XdmfRigids},
+                             {"particles", ".xdmf", XdmfParticles}};
+  const PetscBool there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
                              core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
+  char            path[2 * MPM_TEXT_LEN];
+  PetscMPIInt     rank;
 
   PetscFunctionBeginUser;
   fault[0] = 0;
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMRigidFacesMake(out, core));
-  (void)snprintf(path, sizeof path, "%s/%s.xdmf", out->dir, scene->name);
-  (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
-  (void)unlink(fresh); /* one that an earlier run left; a link is not followed */
-  f    = fopen(fresh, "wx");
-  good = f ? PETSC_TRUE : PETSC_FALSE;
-  if (f) {
-    fprintf(f, "<?xml version=\"1.0\"?>\n<!-- pebble " MPM_VERSION " -->\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
-    for (int part = 0; part < 3; part++) {
-      if (!there[part]) continue;
-      fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
-      for (PetscInt k = 0; k < out->count; k++) {
-        MPMSnapshotPath(out, scene, out->steps[k], PETSC_TRUE, file);
-        write[part](out, core, MPMSceneStarted(scene), f, file, k);
-      }
-      fprintf(f, "    </Grid>\n");
-    }
-    fprintf(f, "  </Domain>\n</Xdmf>\n");
-    good = !fflush(f) && !ferror(f) ? PETSC_TRUE : PETSC_FALSE;
-    if (fclose(f)) good = PETSC_FALSE;
-  }
-  if (good && !rename(fresh, path)) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)snprintf(fault, MPM_TEXT_LEN, "cannot write %.1500s: %s", path, strerror(errno));
-  if (f) (void)unlink(fresh);
+  for (int k = 0; k < 3 && !fault[0]; k++)
+    if (there[k] && !WriteFile(&parts[k], out, core, scene, path))
+      (void)snprintf(fault, MPM_TEXT_LEN, "cannot write %.1500s: %s", path, strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

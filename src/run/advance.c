@@ -311,10 +311,7 @@ static PetscErrorCode PrintLost(MPM mpm)
                      "lost       %" PetscInt64_FMT " of %" PetscInt64_FMT
                      " particles %s, with %.3g of %.3g kg, momentum (",
                      particles->born - particles->total, particles->born,
-                     !particles->removed ? "left the grid and were removed"
-                     : particles->removed == particles->born - particles->total
-                         ? "left with their bodies"
-                         : "left, with their bodies or from the grid",
+                     particles->removed ? "left with their bodies or left the grid" : "left the grid and were removed",
                      (double)now->sum[MPM_SHOWS_lost_mass][0],
                      (double)mpm->monitor.start.sum[MPM_SHOWS_mass][0]));
   for (PetscInt d = 0; d < mpm->core.grid.dim; d++)

@@ -77,11 +77,16 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
-  (void)snprintf(by, sizeof by, framed ? "-method_frame total" : "-method_preset %s", mpm->preset->name);
+  (void)snprintf(by, sizeof by,
+                 !strcmp(time, "static") ? "-method_time static"
+                 : framed                ? "-method_frame total"
+                                         : "-method_preset %s",
+                 mpm->preset->name);
   (void)snprintf(use, sizeof mpm->watch.use, "%s",
-                 !framed             ? "-method_preset balanced"
-                 : mpm->preset_given ? "-method_preset balanced -method_frame updated"
-                                     : "-method_frame updated");
+                 !strcmp(time, "static") ? "-method_time explicit with -damping_time"
+                 : !framed               ? "-method_preset balanced"
+                 : mpm->preset_given     ? "-method_preset balanced -method_frame updated"
+                                         : "-method_frame updated");
   for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
     PetscCall(MPMOptionsRefuse(o, updated[k].name, updated[k].neutral, by, updated[k].why));
   for (PetscInt k = 0; k < scene->nmaterials; k++)
@@ -94,7 +99,7 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_separate && !strcmp(time, "static")) continue; /* a bound of the displacements */
+    if (type == MPM_WALL_separate && (!strcmp(time, "static") || !strcmp(time, "euler"))) continue; /* a bound of nodes */
     if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
       MPMOptionsFail(o,
                      "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "

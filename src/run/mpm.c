@@ -289,6 +289,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchState(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, &mpm->monitor));
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
+    PetscCall(MPMReportForecast(&mpm->report, core, &mpm->time, &mpm->monitor, &mpm->output, &mpm->cost));
     PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */

@@ -38,17 +38,17 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!strcmp(time, "static")) { /* a method of a file for steps in time stands aside */
+  if (strcmp(time, "explicit") != 0) { /* a method of a file for steps in time stands aside */
     PetscCall(MPMMethodPutAside(mpm, "method_frame", "method_time"));
     PetscCall(MPMMethodPutAside(mpm, "method_preset", "method_time"));
     PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
     PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
     if (framed && strcmp(frame, "total"))
-      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time static, which is built for the total frame",
-                     frame);
+      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame",
+                     frame, time);
     for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
     if (mpm->preset_given && !mpm->preset->total)
-      MPMOptionsFail(o, "-method_preset %s does not apply with -method_time static, which is built for the total frame; leave it out, or take solid", name);
+      MPMOptionsFail(o, "-method_preset %s does not apply with -method_time %s, which is built for the total frame; leave it out, or take solid", name, time);
     if (!framed && !mpm->preset_given) framed = PETSC_TRUE, (void)snprintf(frame, sizeof frame, "total");
   }
   total = (PetscBool)(!strcmp(frame, "total"));

@@ -27,7 +27,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own: %s of the file stand aside",
+    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   if (core->implicit)
@@ -47,7 +47,7 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));
   PetscCall(MPMMethodWarnings(core, scene, &mpm->method, &mpm->time, f.dt));
   PetscCall(MPMDoubtsWarn(core, scene, &mpm->method, &mpm->time, &f));
-  PetscCall(MPMUnlikelyNote(core, scene, &mpm->time, &mpm->monitor, seconds));
+  PetscCall(MPMUnlikelyNote(core, scene, &mpm->time, &mpm->monitor, &f));
   if (scene->dry_run) PetscCall(MPMPrint(&core->print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,39 +1,47 @@
-/* statics.c - reads the options of steps without inertia, -method_time static, and refuses by name what they cannot do. It
-   is used before the first step. */
+/* statics.c - reads the options of implicit steps, without inertia (-method_time static) and with it (euler, newmark), and refuses
+   by name what they cannot do. It is used before the first step. */
 #include "run/mpm.h"
 #include "step/static.h"
 
 #define STEPS 10 /* of a load, if -dt_size does not say how long they are */
 
-/* Options that do not apply without inertia, the value that does no harm, and why. */
+/* Options that do not apply, the value that does no harm, and why; of some without inertia, `rest`, another reason or none (""). */
 static const struct {
-  const char *name, *neutral, *why;
-} moving[] = {{"method_mass_order", NULL, "nothing is accelerated"},
-              {"method_damping_rate", "0", "nothing moves that could be damped"},
-              {"damping_time", NULL, "nothing moves that could be damped"},
-              {"damping_kinetic", "false", "nothing moves that could be damped"},
-              {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load"},
-              {"method_lock_cells", "1", "the means of a box of cells are not in its tangent"},
-              {"history_energy", "false", "there is no motion whose energy could be followed"},
-              {"check_energy", "0", "the work of loads is that of steps, and not exact"},
-              {"check_momentum", "0", "there is no momentum"},
-              {"mms_type", "none", "known solutions are of motions in time"},
-              {"reference_type", "none", "known solutions are of motions in time"}};
+  const char *name, *neutral, *rest, *why;
+} refused[] = {
+    {"method_mass_order", NULL, "nothing is accelerated", "implicit steps have the full mass matrix"},
+    {"method_damping_rate", "0", "nothing moves that could be damped", "it is of explicit steps; euler damps by itself"},
+    {"damping_time", NULL, "nothing moves that could be damped", "it is of explicit steps; static finds the state at rest"},
+    {"damping_kinetic", "false", "nothing moves that could be damped", "it is of explicit steps; static finds the state at rest"},
+    {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load", "no wave limits the step; give -dt_size"},
+    {"method_lock_cells", "1", NULL, "the means of a box of cells are not in its tangent"},
+    {"history_energy", "false", "there is no motion whose energy could be followed", "its terms are those of explicit steps"},
+    {"check_energy", "0", NULL, "the work of loads is that of steps, and not exact"},
+    {"check_momentum", "0", "there is no momentum", "the impulse of loads is that of steps, and not exact"},
+    {"mms_type", "none", "known solutions are of motions in time", NULL},
+    {"reference_type", "none", "known solutions are of motions in time", NULL}};
 
-/* Refuses what a scene has that steps without inertia cannot do. */
-static PetscErrorCode Refuse(MPM mpm, MPMOptions o)
+/* Refuses what a scene has that steps without inertia, or implicit ones with it, cannot do. */
+static PetscErrorCode Refuse(MPM mpm, const char time[], MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
+  const PetscBool rest  = (PetscBool)!strcmp(time, "static");
   PetscBool       held  = PETSC_FALSE;
-  char            strategy[MPM_NAME_LEN] = "";
+  char            strategy[MPM_NAME_LEN] = "", by[2 * MPM_NAME_LEN], size[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  for (size_t k = 0; k < sizeof moving / sizeof moving[0]; k++)
-    PetscCall(MPMOptionsRefuse(o, moving[k].name, moving[k].neutral, "-method_time static", moving[k].why));
+  (void)snprintf(by, sizeof by, "-method_time %s", time);
+  for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++) {
+    const char *why = rest && refused[k].rest ? refused[k].rest : refused[k].why;
+
+    if (why) PetscCall(MPMOptionsRefuse(o, refused[k].name, refused[k].neutral, by, why));
+  }
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
-    MPMOptionsFail(o, "-parallel_strategy pool does not apply with -method_time static: each iteration would send all "
-                      "particles; use spatial");
+    MPMOptionsFail(o, "-parallel_strategy pool does not apply with %s: each iteration would send all particles; use spatial", by);
+  PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));
+  if (!rest && !strcmp(size, "auto")) MPMOptionsFail(o, "%s needs -dt_size, a number: no wave limits the step", by);
+  if (!rest) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     char      name[2 * MPM_NAME_LEN];
     PetscBool given;
@@ -60,7 +68,7 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!strcmp(time, "explicit")) {
-    static const char *const only[] = {"gravity_ramp", "dt_strain", "method_stabilize_factor", "method_stabilize_fill"};
+    static const char *const only[] = {"gravity_ramp", "dt_strain", "method_stabilize_factor", "method_stabilize_fill", "method_gamma"};
 
     for (size_t k = 0; k < sizeof only / sizeof only[0]; k++) {
       char name[MPM_NAME_LEN];
@@ -68,11 +76,12 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
       (void)snprintf(name, sizeof name, "-%s", only[k]);
       PetscCall(PetscOptionsHasName(NULL, NULL, name, &set));
       if (set && !MPMOptionsOverridden(only[k], "method_time"))
-        MPMOptionsFail(o, "%s does not apply: it is of -method_time static", name);
+        MPMOptionsFail(o, "%s does not apply: it is of implicit steps, -method_time %s", name,
+                       !strcmp(only[k], "method_gamma") ? "newmark" : "static, euler or newmark");
     }
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Refuse(mpm, o));
+  PetscCall(Refuse(mpm, time, o));
   PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
   mpm->method.rate     = 0;
   if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;

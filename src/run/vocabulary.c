@@ -118,66 +118,11 @@ static const MPMOptionRow rows[] = {
 
 /* Words of other programs for these names: a whole name, or its end after a "_". */
 static const char *const aliases[][2] = {
-    {"youngs", "E"},
-    {"young", "E"},
-    {"youngs_modulus", "E"},
-    {"modulus", "E"},
-    {"poisson", "nu"},
-    {"poissons_ratio", "nu"},
-    {"poisson_ratio", "nu"},
-    {"density", "rho"},
-    {"type", "model"},
-    {"type", "shape"},
-    {"law", "model"},
-    {"particles", "ppc"},
-    {"position", "center"},
-    {"centre", "center"},
-    {"min", "lower"},
-    {"max", "upper"},
-    {"v", "velocity"},
-    {"vel", "velocity"},
-    {"vx", "velocity"},
-    {"vy", "velocity"},
-    {"vz", "velocity"},
-    {"speed", "velocity"},
-    {"initial_velocity", "velocity"},
-    {"c", "cohesion"},
-    {"psi", "dilation_angle"},
-    {"dilatancy", "dilation_angle"},
-    {"sigy", "yield"},
-    {"gravity_y", "gravity"},
-    {"tssfac", "dt_cfl"},
-    {"scheme", "update"},
-    {"scheme", "method_update"},
-    {"shape_function", "basis"},
-    {"dt", "dt_size"},
-    {"timestep", "dt_size"},
-    {"time_step", "dt_size"},
-    {"steps", "max_steps"},
-    {"steps", "time_max_steps"},
-    {"max_steps", "time_max_steps"},
-    {"t_end", "time_end"},
-    {"tend", "time_end"},
-    {"end_time", "time_end"},
-    {"final_time", "time_end"},
-    {"cfl_number", "cfl"},
-    {"courant", "dt_cfl"},
-    {"interval", "every"},
-    {"g", "gravity"},
-    {"restart", "restart_file"},
-    {"restart_from", "restart_file"},
-    {"resume", "restart_file"},
-    {"continue", "restart_file"},
-    {"checkpoint", "checkpoint_every"},
-    {"checkpoint_interval", "checkpoint_every"},
-    {"bulk_modulus", "K"},
-    {"yield_stress", "yield"},
-    {"phi", "friction_angle"},
-    {"friction", "friction_angle"},
-    {"friction", "mu"},
-    {"nsteps", "time_max_steps"},
-    {"outdir", "output_dir"},
-    {"output", "output_dir"},
+#define MPM_WORD(words, of, here)
+#define MPM_ALIAS(words, end) {words, end},
+#include "run/words.def"
+#undef MPM_WORD
+#undef MPM_ALIAS
 };
 
 /* What each law, shape and wall takes. */
@@ -193,55 +138,13 @@ static const MPMOptionValue choices[] = {
 #undef MPM_WALL
 };
 
-/* What other programs have and this one has not: values of options, with the nearest one here, and words in names of
-   options (row ""), with what there is instead. */
+/* What other programs have and this one has not, or calls otherwise. */
 static const MPMOptionValue foreign[] = {
-    {"material_<m>_model", "tresca",
-     "the nearest is vonmises, which has the undrained strength c_u if yield is sqrt(3) c_u in plane strain, 2 c_u in "
-     "triaxial compression"},
-    {"material_<m>_model", "mohrcoulomb",
-     "the nearest is druckerprager, which has the strength of this friction_angle and cohesion in plane strain with "
-     "fit plane_strain, in triaxial compression with fit triaxial"},
-    {"material_<m>_model", "rigid", "no body is rigid; give it a modulus 10 to 100 times that of the others"},
-    {"material_<m>_model", "plastickinematic", "the nearest is vonmises, whose hardening is isotropic"},
-    {"material_<m>_model", "camclay", "the nearest is druckerprager, which does not harden"},
-    {"material_<m>_model", "linear", "linear elasticity is elastic, for small strains and small rotations"},
-    {"material_<m>_model", "hyperelastic", "it is neohookean"},
-    {"material_<m>_model", "plastic", "of metals it is vonmises, of soils druckerprager"},
-    {"material_<m>_model", "water", "it is fluid"},
-    {"reference_type", "finest", "pebble-study convergence compares with the finest run where no solution is known"},
-    {"body_<b>_shape", "rectangle", "it is box"},
-    {"body_<b>_shape", "cuboid", "it is box"},
-    {"body_<b>_shape", "circle", "it is sphere, in 2-D a disk"},
-    {"body_<b>_shape", "disk", "it is sphere, in 2-D a disk"},
-    {"body_<b>_shape", "ball", "it is sphere"},
-    {"bc_<f>_type", "rigidwall", "it is separate, or with friction friction"},
-    {"bc_<f>_type", "symmetry", "it is slip"},
-    {"bc_<f>_type", "roller", "it is slip"},
-    {"bc_<f>_type", "encastre", "it is fixed"},
-    {"load_<l>_face", "top", "it is the upper side of the last axis, ymax in 2-D and zmax in 3-D"},
-    {"load_<l>_face", "bottom", "it is the lower side of the last axis, ymin in 2-D and zmin in 3-D"},
-    {"geometry", "plane_stress", "there is none; a plate of a few cells in 3-D has it"},
-    {"", "contact",
-     "bodies meet, slide and part with -contact_mu, or by -contacts and its -contact_<c>_bodies, _mu, _stick, _normal"},
-    {"", "rigid", "bodies are rigid with -body_<b>_rigid fixed, moving or free"},
-    {"", "omega", "a body that turns has -body_<b>_velocity \"0-w*y, w*x\""},
-    {"", "motion",
-     "bodies move by -body_<b>_velocity at the start and by forces; walls move as they are told (piston)"},
-    {"", "hourglass", "there are no hourglass modes of elements; noise of particles is in docs/choosing.md"},
-    {"", "mass_scaling", "there is none; a lower modulus has longer steps too"},
-    {"", "damage", "no law fails; matter that parts stops the run (-check_parting)"},
-    {"", "erosion", "no law fails; matter that parts stops the run (-check_parting)"},
-    {"", "failure", "no law fails; matter that parts stops the run (-check_parting)"},
-    {"", "failure_strain", "no law fails; matter that parts stops the run (-check_parting)"},
-    {"", "implicit", "steps are explicit; a run settles to rest with -damping_time or -damping_kinetic"},
-    {"", "static", "steps are explicit; a run settles to rest with -damping_time or -damping_kinetic"},
-    {"", "pore", "there is no pore water; stresses are total ones"},
-    {"", "pore_pressure", "there is no pore water; stresses are total ones"},
-    {"", "water_table", "there is no pore water; stresses are total ones"},
-    {"", "permeability", "there is no pore water; stresses are total ones"},
-    {"", "strength_factor", "strengths are the same all the time; runs with smaller ones find a factor of safety"},
-    {"", "units", "any set of units that go together, such as SI; -dry_run shows masses and wave speeds"},
+#define MPM_WORD(words, of, here) {of, words, here},
+#define MPM_ALIAS(words, end)
+#include "run/words.def"
+#undef MPM_WORD
+#undef MPM_ALIAS
 };
 
 const MPMVocabulary MPMOptionTable = {.n        = sizeof rows / sizeof rows[0],

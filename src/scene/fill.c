@@ -27,8 +27,10 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
   (void)MPMKnownStart(scene, dim, X, x, v, NULL);
   for (PetscInt d = 0; d < dim; d++)
     if (!(x[d] >= core->grid.lower[d] && x[d] <= core->grid.upper[d]))
-      MPMOptionsFail(o, "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g", b->name,
-                     "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]));
+      MPMOptionsFail(o,
+                     "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g; see "
+                     "-body_%s_shape, -grid_lower and -grid_upper",
+                     b->name, "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]), b->name);
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
   scene->bodies[b - scene->bodies].v2 = PetscMax(b->v2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   for (PetscInt d = 0; d < dim; d++)
@@ -109,12 +111,7 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
   MPMRegionBounds(&b->region, grid->dim, lower, upper);
   for (PetscInt d = 0; d < grid->dim; d++) {
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
-    if (b->region.type == MPM_REGION_stl)
-      (void)snprintf(hint, sizeof hint,
-                     upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d])
-                         ? "; if its file is in mm, give -body_%s_scale 0.001"
-                         : "; -body_%s_scale and -body_%s_shift change its size and place",
-                     b->name, b->name);
+    MPMFitPlace(b, upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d]), hint, sizeof hint);
     if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
     if (b->source.on && d == b->source.axis) continue;
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&

@@ -97,10 +97,22 @@ void MPMFitRefuse(MPMOptions o, const MPMGrid *grid, const MPMBody *b)
   char            why[MPM_TEXT_LEN];
 
   if (!(volume > 0)) {
-    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s", b->name,
-                   b->region.others ? ", once others have cut it" : "");
+    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s; see -body_%s_shape", b->name,
+                   b->region.others ? ", once others have cut it" : "", b->name);
     return;
   }
   MPMFitTell(b, grid, volume, why);
   MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it; %.1500s", b->name, why);
+}
+
+void MPMFitPlace(const MPMBody *b, PetscBool huge, char text[], size_t len)
+{
+  const char *first = MPMRegionParameters[b->region.type];
+
+  if (b->region.type == MPM_REGION_stl && huge)
+    (void)snprintf(text, len, "; if its file is in mm, give -body_%s_scale 0.001", b->name);
+  else if (b->region.type == MPM_REGION_stl)
+    (void)snprintf(text, len, "; -body_%s_scale and -body_%s_shift change its size and place", b->name, b->name);
+  else
+    (void)snprintf(text, len, "; see -body_%s_%.*s, -grid_lower and -grid_upper", b->name, (int)strcspn(first, " "), first);
 }

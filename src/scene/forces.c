@@ -283,7 +283,23 @@ PetscErrorCode MPMForcesTangent(const MPMScene *scene, const MPMCore *core, MPMV
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Collective on exchange.data. */
+/* Sets the acceleration of the body force on free rigid bodies for the time t, s: that at their centre. */
+static PetscErrorCode PushRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < core->rigids.n && scene->acceleration; k++) {
+    MPMRigid *r = &core->rigids.body[k];
+    PetscReal x[3];
+
+    if (!r->free) continue;
+    for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
+    PetscCall(MPMExpressionEvaluate(scene->acceleration, core->grid.dim, x, r->pivot, t, r->pushed));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the fields b, m/s^2, and S, Pa, of the particles here, and the body force on free rigid bodies, for the time t, s.
+   Collective on exchange.data. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
@@ -293,6 +309,7 @@ PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t
   MPMVolumeLoad volume[MPM_MOST_LOADS];
 
   PetscFunctionBeginUser;
+  PetscCall(PushRigids(scene, core, t));
   if (scene->nvolume) PetscCall(MPMVolumeLoadsSum(scene, core, t, volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {

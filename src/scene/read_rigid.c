@@ -204,9 +204,11 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++)
     if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
-      MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
-                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
-                     (double)core->grid.upper[d]);
+      MPMOptionsFail(o,
+                     "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g; see "
+                     "-body_%s_shape",
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core->grid.lower[d],
+                     (double)core->grid.upper[d], b->name);
   if (b->rigid == MPM_RIGID_FREE || others > 0 || b->region.type == MPM_REGION_sphere) {
     MPMRigidMassOf(&b->region, dim, core->grid.round, &m);
     if (core->grid.round && lower[0] < 0) m.center[0] = 0;

@@ -21,7 +21,8 @@ static void CheckBody(const MPMBody *b, MPMOptions o)
   }
   if (b->deformation)
     MPMOptionsFail(o, "-body_%s_deformation does not apply: with -geometry axisymmetric give -initial_stress", b->name);
-  if (b->alone) return; /* a shape that cuts others may be anywhere */
+  if (b->alone && !b->rigid) return; /* a shape that cuts others may be anywhere */
+  if (b->rigid && b->region.type == MPM_REGION_halfspace) return; /* its part in the grid is a cone */
   MPMRegionBounds(&b->region, 2, lower, upper);
   if (lower[0] < 0 && !IsMirrored(&b->region))
     MPMOptionsFail(

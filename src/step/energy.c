@@ -126,6 +126,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   const MPMGrid   *grid = &core->grid;
   const MPMParams *par  = &core->params;
   const PetscInt   dim  = grid->dim;
+  const PetscReal  half = core->implicit ? 0 : 0.5; /* implicit steps have no kicks */
 
   for (PetscInt k = 0; k < e->n; k++) {
     const PetscInt   p    = e->which[k];
@@ -138,7 +139,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
       PetscReal       dx = view->x[p * dim + d] - was[d];
 
       if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
-      if (e->loads) work += view->b[p * dim + d] * par->kick * (dx / par->dt - 0.5 * dv);
+      if (e->loads) work += view->b[p * dim + d] * par->kick * (dx / par->dt - half * dv);
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);

@@ -11,8 +11,7 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
   PetscBool hold;
 
   PetscFunctionBeginUser;
-  r->since      = -1;
-  r->unbalanced = NAN; /* until the first step */
+  r->since = -1;
   if (core->implicit) {
     PetscCall(MPMOptionsRefuse(o, "history_rest", "false", "-method_time static", "each step ends at rest"));
     PetscCall(MPMOptionsRefuse(o, "time_rest", "0", "-method_time static", "each step ends at rest"));
@@ -23,6 +22,7 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
   if (hold && !(r->limit > 0) && !MPMOptionsOverridden("time_rest_hold", "time_rest"))
     MPMOptionsFail(o, "-time_rest_hold does not apply: -time_rest is not given");
   r->on = r->shown || r->limit > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (r->on) r->unbalanced = NAN; /* until the first step */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

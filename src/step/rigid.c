@@ -100,7 +100,8 @@ PetscErrorCode MPMRigidsBegin(MPMCore *core)
     for (PetscInt d = 0; d < 3; d++) {
       r->before[d]     = r->velocity[d];
       r->before[3 + d] = r->spin[d];
-      if (r->free && d < dim && !MPMRigidIsHeld(r, d)) r->velocity[d] += core->params.kick * core->params.gravity[d];
+      if (r->free && d < dim && !MPMRigidIsHeld(r, d)) 
+        r->velocity[d] += core->params.kick * (core->params.gravity[d] + r->pushed[d]);
     }
     for (PetscInt face = 0; face < 2 * dim && r->free; face++)
       if (!(r->held >> face & 1) && !MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_OPEN))
@@ -175,17 +176,22 @@ static PetscReal Work(const MPMRigid *r, PetscInt dim, const PetscReal x[], cons
   return work;
 }
 
-/* Adds up what gravity and the walls have done to free bodies in a step, from before they move. */
+/* Adds up what gravity, body forces and the walls have done to free bodies in a step, from before they move. */
 static void Account(MPMCore *core)
 {
   MPMRigids *r = &core->rigids;
 
   for (PetscInt k = 0; k < r->n; k++) {
-    PetscReal x[3], J[3] = {0};
+    const MPMRigid *b = &r->body[k];
+    PetscReal       x[3], J[3] = {0}, pushed[3] = {0};
 
-    for (PetscInt d = 0; d < 3; d++) x[d] = r->body[k].pivot[d] + r->body[k].place[d];
-    for (PetscInt d = 0; d < core->grid.dim; d++) J[d] = r->body[k].mass * core->params.kick * core->params.gravity[d];
-    if (r->body[k].free) r->energy[0] += Work(&r->body[k], core->grid.dim, x, J);
+    for (PetscInt d = 0; d < 3; d++) x[d] = b->pivot[d] + b->place[d];
+    for (PetscInt d = 0; d < core->grid.dim; d++) {
+      J[d]      = b->mass * core->params.kick * core->params.gravity[d];
+      pushed[d] = b->mass * core->params.kick * b->pushed[d];
+    }
+    if (b->free) r->energy[0] += Work(b, core->grid.dim, x, J);
+    if (b->free && core->needs.forced) r->loads += Work(b, core->grid.dim, x, pushed);
   }
   for (const MPMRigidSupport *s = r->support; s < r->support + r->nsupports; s++) {
     const MPMWall type = core->params.walls->given[s->face / 2][s->face % 2].type;

@@ -8,21 +8,27 @@
 /* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
 #define WORST    1e100 /* the residual of such a state, N */
 
-/* Sets the displacements of the nodes to those of a vector, and their velocities to 0. */
+/* Sets the displacements of the nodes to those of a vector, and their velocities to those after a step to these; or, if it is where
+   they were as the step began, to those of then. Without inertia these are 0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
 {
   const PetscInt     dim = s->core->grid.dim;
-  const PetscScalar *u;
+  const PetscScalar *u, *was, *v = NULL;
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayRead(from, &u));
+  PetscCall(VecGetArrayRead(s->was, &was));
+  if (s->M) PetscCall(VecGetArrayRead(s->v, &v));
   for (PetscInt q = 0; q < s->n; q++)
     for (PetscInt d = 0; d < dim; d++) {
-      PetscReal *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
+      const PetscInt k     = q * dim + d;
+      PetscReal     *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
 
-      state[d]       = u[q * dim + d];
-      state[dim + d] = 0;
+      state[d]       = u[k];
+      state[dim + d] = !s->M ? 0 : from == s->was ? v[k] : MPMStaticVelocity(s, k, u[k] - was[k], v[k]);
     }
+  if (s->M) PetscCall(VecRestoreArrayRead(s->v, &v));
+  PetscCall(VecRestoreArrayRead(s->was, &was));
   PetscCall(VecRestoreArrayRead(from, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -53,7 +59,7 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
   MPMCore        *core = s->core;
   const PetscInt  dim  = core->grid.dim;
   PetscScalar    *to;
-  PetscReal       sum = 0;
+  PetscReal       sum[2] = {0, 0}; /* squares, of the residual with the walls, and of forces alone where there is inertia */
 
   PetscFunctionBeginUser;
   if (core->needs.forced) PetscCall(MPMForcesUpdate(s->scene, core, core->t + core->params.dt));
@@ -63,6 +69,7 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
     PetscCall(MatMult(s->ghosts, s->work, r));
   } else
     PetscCall(VecSet(r, 0));
+  PetscCall(MPMStaticInertia(s, u, r));
   PetscCall(MPMExchangeOpenNodes(core));
   PetscCall(VecGetArray(r, &to));
   for (PetscInt q = 0; q < s->n; q++) {
@@ -70,17 +77,18 @@ static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
 
     for (PetscInt d = 0; d < dim; d++) {
       const PetscInt  k     = q * dim + d;
-      const PetscReal force = n->f[d] + s->share * n->m * core->params.gravity[d] - to[k];
+      const PetscReal given = n->f[d] + s->share * n->m * core->params.gravity[d], force = given - to[k];
 
-      n->p[d] = s->held[k] ? -force : 0;
+      n->p[d] = s->held[k] ? -force / (1 + s->held_over) : 0; /* the mean over a step of Newmark */
       to[k]   = s->held[k] ? 0 : -force;
-      sum += force * force;
+      sum[0] += force * force;
+      if (s->M) sum[1] += given * given;
     }
   }
   PetscCall(VecRestoreArray(r, &to));
   PetscCall(MPMExchangeCloseNodes(core));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, core->exchange.data));
-  *all = PetscSqrtReal(sum);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, core->exchange.data));
+  *all = PetscSqrtReal(PetscMax(sum[0], sum[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,6 +158,7 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   KSPConvergedReason  linear;
   PetscInt            it;
   char                why[MPM_NAME_LEN];
+  const char         *what = s->M ? "no solution of the step" : "no equilibrium";
 
   PetscFunctionBeginUser;
   PetscCall(SNESGetIterationNumber(s->snes, &it));
@@ -162,18 +171,18 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
                                                         : SNESConvergedReasons[reason]);
   if (reason == SNES_CONVERGED_ITERATING)
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
+                   "%s was found near the last one, at t=%g s: that at t=%g s has displacement gradients of %.3g "
                    "from it, and -dt_strain allows %g",
-                   (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
+                   what, (double)core->t, (double)(core->t + core->params.dt), (double)s->leap, (double)s->most);
   else if (reason == SNES_DIVERGED_FUNCTION_DOMAIN || s->bad)
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
-                   (double)(core->t + core->params.dt), it);
+                   "%s was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
+                   what, (double)(core->t + core->params.dt), it);
   else
     (void)snprintf(core->stop, sizeof core->stop,
-                   "no equilibrium was found at t=%g s: after %" PetscInt_FMT
+                   "%s was found at t=%g s: after %" PetscInt_FMT
                    " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
-                   (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
+                   what, (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
   MPMStatusReset(&core->status);
   PetscCall(ToNodes(s, s->was));
   PetscCall(MPMParticlesPutBack(&core->particles));
@@ -206,12 +215,6 @@ static PetscErrorCode AddGravity(struct MPMStatic *s, PetscReal share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the share of gravity that acts at time t. */
-static PetscReal Share(const struct MPMStatic *s, PetscReal t)
-{
-  return s->ramp > 0 ? PetscMin(1, t / s->ramp) : 1;
-}
-
 /* Reads the displacements of the nodes into a vector. */
 static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
 {
@@ -237,8 +240,9 @@ static PetscErrorCode Begin(struct MPMStatic *s)
   PetscCall(FromNodes(s, s->was));
   PetscCall(MPMStaticHold(s));
   PetscCall(VecCopy(s->was, s->u));
-  s->share = Share(s, core->t + core->params.dt);
+  s->share = MPMStaticShare(s, core->t + core->params.dt);
   s->scale = 0;
+  PetscCall(MPMStaticInertiaBegin(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -253,6 +257,7 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   KSP            ksp;
 
   PetscFunctionBeginUser;
+  if (s->M) PetscFunctionReturn(PETSC_SUCCESS); /* inertia does that */
   PetscCall(VecGetArray(s->u, &u));
   for (PetscInt k = 0; k < n; k++)
     if (s->held[k] && u[k] != s->known[k]) moves = PETSC_TRUE;
@@ -323,8 +328,8 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   }
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
-  PetscCall(MPMStaticPush(s, s->u, s->r));
+  PetscCall(MPMStaticPush(s, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
-  PetscCall(AddGravity(s, Share(s, core->t + 0.5 * core->params.dt)));
+  PetscCall(AddGravity(s, MPMStaticShare(s, core->t + 0.5 * core->params.dt)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

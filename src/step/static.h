@@ -13,6 +13,7 @@ struct MPMStatic {
   PetscReal most;  /* -dt_strain: the most that leap may be, 1 */
   PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
   PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
+  PetscBool inertia;   /* -method_time euler or newmark */
   PetscBool checked;   /* the options of PETSc's solvers have been looked at */
   PetscBool symmetric; /* the tangents of all laws */
 
@@ -27,7 +28,11 @@ struct MPMStatic {
   Vec        bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
   SNES       snes;
   Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant */
+  Mat        M;         /* the masses, kg, of steps with inertia; NULL: they have none */
   Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
+  Vec        v, past;   /* velocities and forces as the step begins, m/s, N, of steps with inertia */
+  PetscReal  beta, gamma;    /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
+  PetscReal  per, held_over; /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
   PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
   PetscReal  least;     /* N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
@@ -83,9 +88,18 @@ PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
 PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
 
 /* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the forces of
-   these on nodes, p, from the residual r at displacements u. Collective on exchange.data. */
+   these on nodes, p, from the residual r. Collective on exchange.data. */
 PetscErrorCode MPMStaticHold(struct MPMStatic *);
-PetscErrorCode MPMStaticPush(struct MPMStatic *, Vec u, Vec r);
+PetscErrorCode MPMStaticPush(struct MPMStatic *, Vec r);
+
+/* Inertia (static_inertia.c). Mass makes the matrix and vectors. InertiaBegin finds the velocities and forces as the step begins, and
+   a first guess of the displacements. Inertia adds the inertial forces of displacements u to r, N. Velocity returns that of own
+   component k after a step in which it moved by so much, m, and had velocity v before. Share returns that of gravity at time t. All but the last two are collective on exchange.data. */
+PetscErrorCode MPMStaticMass(struct MPMStatic *);
+PetscErrorCode MPMStaticInertiaBegin(struct MPMStatic *);
+PetscErrorCode MPMStaticInertia(struct MPMStatic *, Vec u, Vec r);
+PetscReal      MPMStaticVelocity(const struct MPMStatic *, PetscInt k, PetscReal moved, PetscReal v);
+PetscReal      MPMStaticShare(const struct MPMStatic *, PetscReal t);
 
 /* The parts of a solve (static.c), for SNES: the state of displacements u, in which s->bad says that some particle is turned
    inside out; the residual; the tangent; whether Newton's method has converged. Collective on exchange.data. */

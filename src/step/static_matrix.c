@@ -113,21 +113,25 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the springs of weak nodes, row by row. */
-static PetscErrorCode AddStabilisation(struct MPMStatic *s, Mat K)
+/* Adds a constant matrix to K, so many times, row by row. */
+static PetscErrorCode AddMatrix(Mat K, Mat A, PetscReal times)
 {
-  PetscInt begin, end, n;
+  PetscInt     begin, end, n, most = 0;
+  PetscScalar *row = NULL;
 
   PetscFunctionBeginUser;
-  PetscCall(MatGetOwnershipRange(s->ghosts, &begin, &end));
-  for (PetscInt row = begin; row < end; row++) {
+  PetscCall(MatGetOwnershipRange(A, &begin, &end));
+  for (PetscInt i = begin; i < end; i++) {
     const PetscInt    *columns;
     const PetscScalar *values;
 
-    PetscCall(MatGetRow(s->ghosts, row, &n, &columns, &values));
-    PetscCall(MatSetValues(K, 1, &row, n, columns, values, ADD_VALUES));
-    PetscCall(MatRestoreRow(s->ghosts, row, &n, &columns, &values));
+    PetscCall(MatGetRow(A, i, &n, &columns, &values));
+    if (n > most) PetscCall(PetscRealloc((size_t)(most = n) * sizeof *row, &row));
+    for (PetscInt k = 0; k < n; k++) row[k] = times * values[k];
+    PetscCall(MatSetValues(K, 1, &i, n, columns, row, ADD_VALUES));
+    PetscCall(MatRestoreRow(A, i, &n, &columns, &values));
   }
+  PetscCall(PetscFree(row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +143,8 @@ PetscErrorCode MPMStaticTangent(struct MPMStatic *s, Mat K, Vec x, Vec b)
   PetscCall(MPMTimersBegin(&core->timers, s->tangent));
   PetscCall(MatZeroEntries(K));
   PetscCall(AddParticles(s, K));
-  if (s->ghosts) PetscCall(AddStabilisation(s, K));
+  if (s->ghosts) PetscCall(AddMatrix(K, s->ghosts, 1));
+  if (s->M) PetscCall(AddMatrix(K, s->M, s->per));
   PetscCall(MatAssemblyBegin(K, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(K, MAT_FINAL_ASSEMBLY));
   PetscCall(ReplaceHeld(s, K, x, b));

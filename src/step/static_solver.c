@@ -10,6 +10,7 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
 {
   struct MPMStatic *s;
   PetscBool         set;
+  char              time[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -17,6 +18,15 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
   s->core        = core;
   s->scene       = scene;
   s->ramp        = end;
+  PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsReal(o, "method_gamma", NULL, &s->gamma, &set));
+  s->beta = s->gamma / 2;
+  if (strcmp(time, "newmark") && set && !MPMOptionsOverridden("method_gamma", "method_time"))
+    MPMOptionsFail(o, "-method_gamma does not apply: it is of -method_time newmark");
+  if (!strcmp(time, "euler")) s->beta = 1, s->gamma = 0;
+  s->inertia = (PetscBool)(strcmp(time, "static") != 0);
+  if (s->inertia) s->ramp = 0;
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
   PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
@@ -53,6 +63,9 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(VecDestroy(&s->r));
   PetscCall(VecDestroy(&s->was));
   PetscCall(VecDestroy(&s->work));
+  PetscCall(VecDestroy(&s->v));
+  PetscCall(VecDestroy(&s->past));
+  PetscCall(MatDestroy(&s->M));
   for (int side = 0; side < 2; side++) PetscCall(VecDestroy(&s->bound[side]));
   PetscCall(DMDestroy(&s->numbers));
   PetscCall(PetscFree(s->node));
@@ -122,6 +135,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   PetscCall(VecGetSize(s->u, &unknowns));
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
+  if (s->inertia) PetscCall(MPMStaticMass(s));
   for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -182,8 +196,8 @@ PetscErrorCode MPMStaticReport(const MPMCore *core)
   PetscFunctionBeginUser;
   if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&core->print,
-                     "static     %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no equilibrium, with %" PetscInt_FMT
+                     "%-10s %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no %s, with %" PetscInt_FMT
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
-                     s->solves, s->failed, s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
+                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

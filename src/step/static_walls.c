@@ -56,24 +56,22 @@ PetscErrorCode MPMStaticHold(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticPush(struct MPMStatic *s, Vec u, Vec r)
+PetscErrorCode MPMStaticPush(struct MPMStatic *s, Vec r)
 {
   MPMCore           *core = s->core;
   const PetscInt     dim  = core->grid.dim;
-  const PetscScalar *at, *force, *bound[2];
+  const PetscScalar *force, *bound[2];
 
   PetscFunctionBeginUser;
   if (!s->bound[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(u, &at));
   PetscCall(VecGetArrayRead(r, &force));
   for (PetscInt side = 0; side < 2; side++) PetscCall(VecGetArrayRead(s->bound[side], &bound[side]));
   PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt k = 0; k < s->n * dim; k++)
-    if ((at[k] <= bound[0][k] && force[k] > 0) || (at[k] >= bound[1][k] && force[k] < 0))
+    if (bound[0][k] > -PETSC_INFINITY || bound[1][k] < PETSC_INFINITY) /* other nodes are free of force, or held */
       core->exchange.patch.node[s->node[k / dim]].p[k % dim] = force[k];
   PetscCall(MPMExchangeCloseNodes(core));
   for (PetscInt side = 0; side < 2; side++) PetscCall(VecRestoreArrayRead(s->bound[side], &bound[side]));
   PetscCall(VecRestoreArrayRead(r, &force));
-  PetscCall(VecRestoreArrayRead(u, &at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,6 +55,7 @@ PetscErrorCode MPMTotalStart(MPMCore *core, PetscBool restarted)
     PetscCall(core->exchange.type->sweep(core, MPMStepStartPhase(core, 0)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(MPMGapsUpdate(core));
   PetscCall(PetscMalloc1(PetscMax(1, core->particles.n * dim), &other));
   PetscCall(Swap(core, PETSC_TRUE, other, &moved));
   if (moved) PetscCall(Project(core)); /* the displacements of a known solution */

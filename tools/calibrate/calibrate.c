@@ -168,8 +168,9 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",
                  date);
+  m->within = MPM_WITHIN_CALIBRATED;
+  PetscCall(View(scene, size, rank, &all)); /* which may raise it */
   if (!rank) PetscCall(MPMModelSave(&scene->cost, &scene->core, &scene->scene));
-  PetscCall(View(scene, size, rank, &all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -116,6 +116,7 @@ PetscErrorCode CheckItself(MPM scene, MPI_Comm comm, PetscReal least)
       &scene->core.print,
       "check      first steps of the scene itself on %d process%s: %.3g s a step, predicted %.3g, ratio %.2f\n", size,
       size > 1 ? "es" : "", (double)least, (double)predicted, (double)(predicted / least)));
+  MPMModelMissed(&scene->cost.model, predicted / least);
   PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,12 +10,13 @@ in rows of `least` the column particles has those a process needs for the effici
 
 import argparse
 import os
+import re
 import sys
 import tempfile
+from dataclasses import replace
 
-import model
 from data import POOL, ROOT, rows, runs, simulations
-from short_model import PROCESSES, short
+from short_model import PROCESSES, Model
 
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
@@ -33,67 +34,67 @@ ALL = {
 REACH = 2, 32, 1024, 32768, 1000000
 
 
-def calibrated(name):
-    """Costs of a scene's phases and migrations, s, as injected into simulations."""
-    return {r["name"]: 1e-9 * r["ns"] for r in rows("simulated/costs.csv") if r["scene"] == name}
-
-
 def recorded(study, name, processes):
     """The edge of the patches of a simulated run of the pool."""
     return next(r["pool_cells"] for r in simulations(study, "injected simulation") if (r["scene"], r["way"], r["ranks"]) == (name, POOL, processes))
+
+
+def dry_run(command, constants=None):
+    """What `-dry_run -report_processes` prints of the model, which has to have constants of this origin."""
+    done = launch.run([*command, "-dry_run", "-report_processes"], capture_output=True, text=True)
+    out = {"rows": {}}
+    for p, spatial, imbalance, pool in re.findall(r"^ +(\d+) +(\S+) +\S+ \w+ +\S+ +\S+ +(\S+)(?: +(\S+) +\S+ \w+ +\S+)?$", done.stdout, re.M):
+        out["rows"][int(p)] = {"spatial": float(spatial), "imbalance": float(imbalance), "pool": float(pool or "nan")}
+    for name, pattern in (("bound", r"no number of workers exceeds a speed-up of (\S+);"), ("speed", r"\|v\|=(\S+) m/s"), ("dt", r"   dt=(\S+) s"),
+                          ("particles", r"^scene .*  (\d+) particles")):  # fmt: skip
+        if m := re.search(pattern, done.stdout, re.M):
+            out[name] = float(m[1])
+    if done.returncode or constants and f"constants {constants}\n" not in done.stdout:
+        sys.exit(f"constants.py: {' '.join(map(str, command))}\n{done.stdout[-800:]}{done.stderr[-800:]}")
+    return out
 
 
 class Scene:
     """A scene with its constants, for `pebble -dry_run` and predict.c."""
 
     def __init__(self, args, folder, name):
-        self.args, self.folder, self.scene = args, folder, scenes.SCENES[name]
-        self.options = ["-output_dir", folder, "-output_format", "none"]
-        path = scenes.write(folder, name, self.scene.strong)
-        p = model.Predictor(args.predictor, "-options_file", path, *self.options)
-        self.per_cell, costs, fixed = 2**p.dim, calibrated(name), {k: v for k, (v, _, _) in ALL.items()}
-        each = {phase: costs[phase] * (self.per_cell if p.phases.get(phase) == "nodes" else 1) for phase in (*p.phases, "SORT")}
-        self.model = model.Model(p, {k: [0, 1, t, 2, t, 3, t] for k, t in each.items()}, origin="constants.csv")
-        hop = fixed["latency"] + fixed["post"]
+        self.args, self.folder, self.scene, fixed = args, folder, scenes.SCENES[name], {k: v for k, (v, _, _) in ALL.items()}
+        self.options, path = ["-output_dir", folder, "-output_format", "none"], scenes.write(folder, name, self.scene.strong)
+        m = self.model = Model(args.predictor, "-options_file", path, *self.options)
+        costs = {r["name"]: 1e-9 * r["ns"] for r in rows("simulated/costs.csv") if r["scene"] == name}
+        self.per_cell, hop = 2**m.dim, fixed["latency"] + fixed["post"]
+        for phase in (*m.phases, "SORT"):
+            t = costs[phase] * (self.per_cell if m.phases.get(phase) == "nodes" else 1)
+            m.rates[phase] = [0, 1, t, 2, t, 3, t]
         # A network carries bytes while the master of a pool packs others: the longer of both counts.
-        self.model.numbers = dict(exchange=0, copy=0, message=hop, reduction=hop, post=fixed["post"], wire=fixed["wire"], kept=fixed["kept"],
-                                  job=fixed["job"], pool=max(0, fixed["pool"] - fixed["wire"]))
-        for way, word in enumerate(("swarm", "direct")):
-            self.model.numbers |= {
-                f"migration[{way}].call": costs["SWARM"] * (word == "swarm"),
-                f"migration[{way}].particle": costs["SWARM_PARTICLE"] * (word == "swarm"),
-                # direct: half of the cost arises at either end, and both ends wait at the same time; the bytes are the network's
-                f"migration[{way}].leaver": (0.5 * costs["LEAVER"] if word == "direct" else 0) + fixed["wire"] * (12 + p.travels),
-            }
+        m.numbers = dict(exchange=0, copy=0, message=hop, reduction=hop, pool=max(0, fixed["pool"] - fixed["wire"])) | {k: fixed[k] for k in ("post", "wire", "kept", "job")}
+        bytes_ = fixed["wire"] * (12 + m.travels)  # of a particle that migrates
+        # direct: half of the cost arises at either end, and both ends wait at the same time.
+        for k, (call, particle, leaver) in enumerate(((costs["SWARM"], costs["SWARM_PARTICLE"], bytes_), (0, 0, bytes_ + 0.5 * costs["LEAVER"]))):
+            m.numbers |= {f"migration[{k}].call": call, f"migration[{k}].particle": particle, f"migration[{k}].leaver": leaver}
+        self.leaver = costs["LEAVER"]
         self.one = next(r for r in runs("strong", "measured") if (r["scene"], r["processes"]) == (name, 1))
-        self.model = self.model.slower(self.one["seconds_per_step"] / self.said(path, "direct", 2)["rows"][1]["spatial"])
-        total = self.one["particles"]
-        self.edge = recorded("strong", name, 8)
-        self.short = short(self.model, self.per_cell, total, self.edge)
-        self.short.C = self.one["seconds_per_step"] / total
+        slower = self.one["seconds_per_step"] / self.said(path, "direct", 2)["rows"][1]["spatial"]
+        m.rates = {k: [0, 1, t * slower, 2, t * slower, 3, t * slower] for k, (_, _, t, *_) in m.rates.items()}
+        total, self.edge = self.one["particles"], recorded("strong", name, 8)
+        self.short = replace(m.short(self.per_cell, total, self.edge), C=self.one["seconds_per_step"] / total)
 
     def said(self, path, migrate, edge):
         """What `pebble -dry_run -report_processes` says by this model."""
         file = os.path.join(self.folder, f"{self.scene.name}.model")
-        self.model.save(file)
-        command = [self.args.pebble, "-options_file", path, *self.options, "-parallel_migrate", migrate, "-pool_cells", edge]
-        done = launch.run([*command, "-dry_run", "-report_processes", "-model_file", file], capture_output=True, text=True)
-        said = model.parse(done.stdout)
-        if done.returncode or said.get("constants") != self.model.origin:
-            sys.exit(f"constants.py: {' '.join(map(str, command))}\n{done.stdout[-800:]}{done.stderr[-800:]}")
-        return said
+        with open(file, "w") as f:
+            f.write(f"method {self.model.method}\nfrom {file}\n" + self.model.lines())
+        return dry_run([self.args.pebble, "-options_file", path, *self.options, "-parallel_migrate", migrate, "-pool_cells", edge, "-model_file", file], file)
 
     def constants(self):
-        name, s = self.scene.name, self.short
-        yield name, "dimensions", s.dim, "", "tools/scenes.py"
-        yield name, "particles", self.one["particles"], "", "scaling/runs.csv"
-        yield name, "T1", f"{self.one['seconds_per_step']:.4g}", "s", "scaling/runs.csv: measured on one process"
-        yield name, "C", f"{s.C:.4g}", "s/particle", "T1/N"
-        yield name, "L", f"{s.L:.4g}", "s", "model.md (2)"
-        yield name, "B", f"{s.B:.4g}", "s/particle of a face", "model.md (3)"
-        yield name, "R", f"{s.R:.4g}", "s", "model.md (4)"
-        yield name, "M", f"{s.M:.4g}", "s/particle", "model.md (5)"
-        yield name, "patch", self.edge, "cells", "simulated/strong.csv: the edge of the pool's patches"
+        t, formulas = self.one["seconds_per_step"], (("L", "s", 2), ("B", "s/particle of a face", 3), ("R", "s", 4), ("M", "s/particle", 5))
+        yield "dimensions", self.short.dim, "", "tools/scenes.py"
+        yield "particles", self.one["particles"], "", "scaling/runs.csv"
+        yield "T1", f"{t:.4g}", "s", "scaling/runs.csv: measured on one process"
+        yield "leaver", f"{self.leaver:.4g}", "s/particle", "simulated/costs.csv: a particle that changes process, by a calibration"
+        yield "C", f"{self.short.C:.4g}", "s/particle", "T1/N"
+        yield from ((name, f"{getattr(self.short, name):.4g}", unit, f"model.md ({k})") for name, unit, k in formulas)
+        yield "patch", self.edge, "cells", "simulated/strong.csv: the edge of the pool's patches"
 
     def rows(self, study, size, processes, steps):
         """Rows of one size of the scene. `steps`: of one process, for weak scaling."""
@@ -115,27 +116,24 @@ class Scene:
         yield from self.rows("strong", self.scene.strong, PROCESSES, {})
         if not isinstance(self.scene.small, tuple):
             return
-        steps = {"weak": self.said(scenes.write(self.folder, self.scene.name, self.scene.small), "direct", self.edge)["rows"][1]["spatial"] / 16384}
+        said = self.said(scenes.write(self.folder, self.scene.name, self.scene.small), "direct", self.edge)
         for p in PROCESSES:
-            yield from self.rows("weak", self.scene.weak(p), [p], steps)
-        moved, m, q = self.said(scenes.write(self.folder, self.scene.name, self.scene.strong), "direct", self.edge)["moved"], self.model, self.per_cell
-        for way in ("direct", "swarm"):
-            m.direct = way == "direct"
-            for p in (2**k for k in range(1, 21)):
-                e = m.step(m.cube(16384, q, 1, moved)) / m.step(m.cube(16384, q, p, moved))
-                yield self.row("cubes", f"spatial {way}", p, 16384 * p, e, 1)
-        m.direct = True
-        for e in (0.8, 0.9):
-            for p in REACH:
-                yield self.row("least", "spatial direct", p, float(f"{m.least(q, p, moved, e):.3g}"), e, 1)
+            yield from self.rows("weak", self.scene.weak(p), [p], {"weak": said["rows"][1]["spatial"] / said["particles"]})
+        said, m, q = self.said(scenes.write(self.folder, self.scene.name, self.scene.strong), "direct", self.edge), self.model, self.per_cell
+        moved = said["speed"] * said["dt"]  # cells are of 1 m
+        for way in ("swarm", "direct"):
+            m.direct, sizes = way == "direct", [2**k for k in range(21)]
+            one, *steps = (float(t) for t, in m.ask(*(("cube", 16384, q, p, moved) for p in sizes)))
+            yield from (self.row("cubes", f"spatial {way}", p, 16384 * p, one / t, 1) for p, t in zip(sizes[1:], steps))
+        asked = [(e, p) for e in (0.8, 0.9) for p in REACH]
+        for (e, p), (n,) in zip(asked, m.ask(*(("least", q, p, moved, e) for e, p in asked))):
+            yield self.row("least", "spatial direct", p, float(f"{float(n):.3g}"), e, 1)
 
 
 def balance(args, folder):
     """Imbalance of the two disks on 32 processes."""
-    command = [args.pebble, "-options_file", os.path.join(ROOT, "options", "disks.opts"), "-grid_cells", "1024,1024", "-dry_run"]
-    done = launch.run([*command, "-output_dir", folder, "-report_processes"], capture_output=True, text=True)
-    found = model.parse(done.stdout)
-    return "disks", "balance", "spatial direct", 32, found["particles"], "", f"{found['rows'][32]['imbalance']:.4g}"
+    found = dry_run([args.pebble, "-options_file", os.path.join(ROOT, "options", "disks.opts"), "-grid_cells", "1024,1024", "-output_dir", folder])
+    return "disks", "balance", "spatial direct", 32, int(found["particles"]), "", f"{found['rows'][32]['imbalance']:.4g}"
 
 
 def main():
@@ -149,7 +147,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in scenes.SCENES:
             scene = Scene(args, folder, name)
-            constants += scene.constants()
+            constants += [(name, *line) for line in scene.constants()]
             found += scene.all_rows()
         found.append(balance(args, folder))
     for file, head, lines in (

@@ -12,7 +12,7 @@ ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)),
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 from scenes import SCENES  # noqa: E402 (after the path)
 
-FOLDER = [os.path.join(ROOT, "docs", "data")]  # the test `report` puts falsified data in its place
+FOLDER = [os.path.join(ROOT, "docs", "data")]
 PROCESSES = 1, 2, 4, 8, 16, 32
 WAYS = DIRECT, SWARM, POOL = "spatial, direct", "spatial, DMSwarmMigrate", "pool"
 CLASSES = "critical path", "closed form", "injected simulation", "emulated simulation"
@@ -29,13 +29,16 @@ def value(text):
 
 
 @functools.cache
-def read(path):
-    with open(path, newline="") as f:
+def rows(name):
+    with open(os.path.join(FOLDER[0], name), newline="") as f:
         return tuple({k: value(v) for k, v in row.items()} for row in csv.DictReader(f))
 
 
-def rows(name):
-    return read(os.path.join(FOLDER[0], name))
+def use(folder):
+    """Reads other data from now on: the test `report` falsifies some."""
+    FOLDER[0] = folder
+    for function in (rows, short, runs, simulations):
+        function.cache_clear()
 
 
 def way(row):
@@ -52,15 +55,12 @@ def constants(scene):
 
 
 @functools.cache
-def short_of(folder, scene):
+def short(scene):
     c = constants(scene)
     return Short(c["dimensions"], *(c[name] for name in "CLBRM"))
 
 
-def short(scene):
-    return short_of(FOLDER[0], scene)
-
-
+@functools.cache
 def runs(study, kind):
     """Rows of real runs: `measured`, `critical path`, or `closed form`, which is computed here for the imbalance that the
     program counted. (runs.csv calls what the program printed by a calibration of that day a closed form: it is not used.)"""
@@ -79,6 +79,7 @@ def runs(study, kind):
     return out
 
 
+@functools.cache
 def simulations(study, kind):
     """Rows of simulated runs, strong, weak, strong-large or weak-large; kind: `injected simulation` or `emulated simulation`."""
     return [{**r, "class": kind, "study": study, "way": way(r), "processes": r["ranks"], "seconds": r["seconds_per_step"]}

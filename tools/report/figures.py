@@ -1,9 +1,7 @@
 """Draws the figures of docs/report.md from docs/data. Colours show the strategy, marks and lines the class of the evidence."""
 
 import os
-import subprocess
 import sys
-import tempfile
 from collections import defaultdict
 from dataclasses import replace
 
@@ -11,7 +9,6 @@ import matplotlib
 
 matplotlib.use("Agg")
 import data  # noqa: E402 (after the choice of the backend)
-import launch  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 from data import BOXES, DIRECT, POOL, SCENES, title  # noqa: E402
 
@@ -117,17 +114,8 @@ def messages(path):
     plots.save(figure, path)
 
 
-def disks(path, pebble):
-    with tempfile.TemporaryDirectory() as folder:
-        launch.run([pebble, "-options_file", os.path.join(data.ROOT, "options", "disks.opts"), "-output_dir", folder], check=True, stdout=subprocess.DEVNULL)
-        command = [sys.executable, os.path.join(data.ROOT, "tools", "plot.py"), os.path.join(folder, "disks.h5"), "--small", "--out", path]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    print(f"  {os.path.relpath(path)}")
-
-
-def draw(folder, pebble):
+def draw(folder):
     with plt.style.context(["default", STYLE]):
         for make in (strong, weak, pool, messages):
             make(os.path.join(folder, f"report-{make.__name__}.png"))
-    disks(os.path.join(folder, "report-disks.png"), pebble)
     plots.draw(os.path.join(data.FOLDER[0], "scaling"), folder)

@@ -22,37 +22,16 @@ h2 { border-bottom: 1px solid #ccc; margin-top: 2.2em; padding-bottom: .2em; }
 table { border-collapse: collapse; font-size: .8rem; }
 th, td { border: 1px solid #ccc; padding: .25em .55em; vertical-align: top; text-align: left; }
 th, pre { background: #f4f4f4; }
-pre { padding: .6em .8em; overflow-x: auto; font-size: .85rem; }
 img { max-width: 100%; }
 @page { size: A4; margin: 14mm; }
 @media print {
   body { max-width: none; margin: 0; padding: 0; font-size: 9.1pt; line-height: 1.3; }
-  nav { display: none; }
-  h1, h2, h3, .caption, figure { break-after: avoid; }
+  h1, h2, h3, .caption { break-after: avoid; }
   tr, img, pre, math, .wide, .caption { break-inside: avoid; }
   table { font-size: 6.6pt; line-height: 1.2; }
-  th, td { padding: .12em .35em; }
   img { max-width: 78%; max-height: 82mm; }
 }
 """
-
-
-def embed(folder):
-    """A function that puts, for each <img ...>, the file's content in place of its name."""
-
-    def image(match):
-        name = html.unescape(re.search(r'src="([^"]*)"', match[0])[1])
-        path = os.path.join(folder, name)
-        if not os.path.isfile(path):
-            return f"<em>(The figure {html.escape(name)} is missing: no data.)</em>"
-        with open(path, "rb") as f:
-            return match[0].replace(
-                f'src="{html.escape(name)}"', f'src="data:image/png;base64,{base64.b64encode(f.read()).decode()}"'
-            )
-
-    return image
-
-
 FORMULA = r"\$\$(.+?)\$\$|(?<![\\\w$])\$([^$\n`]+(?:\n[^$\n`]+)?)\$"
 
 
@@ -61,47 +40,40 @@ def formulas(text):
     made = []
 
     def one(match):
-        block = match[1] is not None
-        made.append(convert(" ".join((match[1] or match[2]).split()), display="block" if block else "inline"))
+        made.append(convert(" ".join((match[1] or match[2]).split()), display="block" if match[1] else "inline"))
         return f"FORMULA{len(made) - 1}MADE"
 
     parts = re.split(r"(^ {4}.*$|`[^`\n]*`)", text, flags=re.M)
     whole = "".join(part if k % 2 else part.replace("$", "\0") for k, part in enumerate(parts))
-    whole = re.sub(FORMULA.replace("$", "\0").replace("\\\0", "\0"), one, whole, flags=re.S)
-    return whole.replace("\0", "$"), made
+    return re.sub(FORMULA.replace("$", "\0").replace("\\\0", "\0"), one, whole, flags=re.S).replace("\0", "$"), made
 
 
-def write(text, folder, path):
-    title = re.search(r"^# (.*)", text, re.M)[1]
-    extensions = ["tables", "toc", "sane_lists", "attr_list"]
-    made = markdown.Markdown(
-        extensions=extensions, extension_configs={"toc": {"toc_depth": "2-2"}}, output_format="html"
-    )
-    text, mathml = formulas(marks.without(text))
-    body = made.convert(text)
-    body = re.sub(r"<p>FORMULA(\d+)MADE</p>", lambda m: f'<div class="formula">{mathml[int(m[1])]}</div>', body)
-    body = re.sub(r"FORMULA(\d+)MADE", lambda m: mathml[int(m[1])], body)
-    body = re.sub(r"(?<=\d) (?=\d{3}\b)", "&nbsp;", body)  # thousands
-    body = re.sub(r"\b([23])-D\b", "\\1&#8209;D", body)
-    body = body.replace("</h1>", f"</h1>\n<nav>{made.toc}</nav>", 1)
-    body = re.sub(r"<!--.*?-->\n?", "", body, flags=re.S)
-    body = re.sub(r'<p>(<img alt="[^"]*"[^>]*>)</p>', r"<figure>\1</figure>", body)
-    body = re.sub(r"<p>(<strong>(?:Table|Figure) \d+\.</strong>)", r'<p class="caption">\1', body)
-    body = re.sub(r"(<table>.*?</table>)", r'<div class="wide">\1</div>', body, flags=re.S)
-    body = re.sub(r"<img [^>]*>", embed(folder), body)
-    with open(path, "w") as f:
-        f.write(
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport"'
-            ' content="width=device-width">\n'
-            f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
-        )
-    print(f"  {os.path.relpath(path)}")
+def embed(folder):
+    """A function that puts, for each src="...", the file's content in place of its name."""
+
+    def image(match):
+        with open(os.path.join(folder, html.unescape(match[1])), "rb") as f:
+            return f'src="data:image/png;base64,{base64.b64encode(f.read()).decode()}"'
+
+    return image
 
 
 def make(text, folder, name):
     """Writes NAME.html and NAME.pdf."""
     page, path = (os.path.abspath(os.path.join(folder, f"{name}.{end}")) for end in ("html", "pdf"))
-    write(text, folder, page)
+    text, mathml = formulas(marks.without(text))
+    body = markdown.markdown(text, extensions=["tables", "toc", "sane_lists", "attr_list"])
+    body = re.sub(r"<p>FORMULA(\d+)MADE</p>", lambda m: f'<div class="formula">{mathml[int(m[1])]}</div>', body)
+    body = re.sub(r"FORMULA(\d+)MADE", lambda m: mathml[int(m[1])], body)
+    body = re.sub(r"(?<=\d) (?=\d{3}\b)", "&nbsp;", body)  # thousands
+    body = re.sub(r"<p>(<strong>(?:Table|Figure) \d+\.</strong>)", r'<p class="caption">\1', body)
+    body = re.sub(r"(<table>.*?</table>)", r'<div class="wide">\1</div>', body, flags=re.S)
+    body = re.sub(r'src="([^"]*)"', embed(folder), re.sub(r"<!--.*?-->\n?", "", body, flags=re.S))
+    title = html.escape(re.search(r"^# (.*)", text, re.M)[1])
+    head = f'<meta charset="utf-8">\n<meta name="viewport" content="width=device-width">\n<title>{title}</title>\n<style>{STYLE}</style>'
+    with open(page, "w") as f:
+        f.write(f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+    print(f"  {os.path.relpath(page)}")
     browser = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
     if not browser:
         return print(f"  no {name}.pdf: it is printed by Chromium, which is not installed (Debian: apt-get install chromium)")

@@ -14,7 +14,7 @@
                                                  the s for which its master is busy
      edge <particles> <nodes> <processes>        e for which that is shortest
      dealt <particles> <nodes> <e>               bytes of each phase of the pool, and jobs, in a step: name=number ...
-     cube <n> <per cell> <processes> <moved>     the share of one of so many full cubes of n particles
+     cube <n> <per cell> <processes> <moved>     s of a step on one of so many full cubes of n particles
      least <per cell> <processes> <moved> <q>    n for which such cubes have the efficiency q; 0: none
 
    Without an answer: `direct <0|1>` chooses the way of migration, `clear` makes all constants 0, and lines of a model
@@ -35,27 +35,15 @@ static void PrintFacts(const MPM mpm)
   printf("stencil %" PetscInt_FMT "\n", (PetscInt)MPMBasisNodes(core->basis)); /* nodes on an axis */
   printf("tile %" PetscInt_FMT "\n", MPMTileEdge(core->basis));
   printf("travels %" PetscInt_FMT "\n", MPMParticlesBytes(&core->particles, MPM_SWARM)); /* B of one that migrates */
-  for (PetscInt k = 0; k < core->nprogram; k++) {
-    const MPMPhase *phase = core->program[k];
-
-    printf("phase %s %s %zu\n", phase->name, phase->kind == MPM_NODES ? "nodes" : "particles",
-           MPMParticlesRowBytes(&core->particles, phase->particles_in) +
-               MPMParticlesRowBytes(&core->particles, phase->particles_out)); /* of a particle, to a worker and back */
-  }
+  for (PetscInt k = 0; k < core->nprogram; k++)
+    printf("phase %s %s\n", core->program[k]->name, core->program[k]->kind == MPM_NODES ? "nodes" : "particles");
   printf("ready\n");
 }
 
 static MPMShare Share(const double v[])
 {
-  return (MPMShare){.particles  = v[0],
-                    .nodes      = v[1],
-                    .ghosts     = v[2],
-                    .neighbours = v[3],
-                    .processes  = v[4],
-                    .axes       = v[5],
-                    .crossing   = v[6],
-                    .row        = v[7],
-                    .waits      = v[8]};
+  return (MPMShare){.particles = v[0], .nodes = v[1], .ghosts = v[2], .neighbours = v[3], .processes = v[4],
+                    .axes = v[5], .crossing = v[6], .row = v[7], .waits = v[8]};
 }
 
 static void AnswerMaster(const MPMModel *m, const MPMCore *core, const double v[])
@@ -80,13 +68,6 @@ static void AnswerDealt(const MPMCore *core, const double v[])
     if (jobs > 0) printf("%s=%.17g ", core->timers.name[e], (double)bytes);
   }
   printf("jobs=%.17g\n", (double)all);
-}
-
-static void AnswerShare(MPMShare s)
-{
-  printf("%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", (double)s.particles, (double)s.nodes,
-         (double)s.ghosts, (double)s.neighbours, (double)s.processes, (double)s.axes, (double)s.crossing, (double)s.row,
-         (double)s.waits);
 }
 
 /* Answers one line; PETSC_FALSE: it is no request. */
@@ -122,9 +103,11 @@ static PetscBool Answer(MPM mpm, const char line[])
     printf("%" PetscInt_FMT "\n", MPMModelPoolEdge(m, core, &s));
   } else if (!strcmp(word, "dealt"))
     AnswerDealt(core, v);
-  else if (!strcmp(word, "cube"))
-    AnswerShare(MPMModelCube(core, v[0], v[1], v[2], v[3]));
-  else if (!strcmp(word, "least"))
+  else if (!strcmp(word, "cube")) {
+    const MPMShare s = MPMModelCube(core, v[0], v[1], v[2], v[3]);
+
+    printf("%.17g\n", (double)MPMModelStep(m, core, &s));
+  } else if (!strcmp(word, "least"))
     printf("%.17g\n", (double)MPMModelLeast(m, core, v[0], v[1], v[2], v[3]));
   else
     return MPMModelReadLine(&core->timers, line, m, &ignored);

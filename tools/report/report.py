@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the tables, numbers and figures of docs/report.md and docs/model.md from docs/data, and report.html and, where
+"""Makes the tables, numbers and figures of docs/report.md, docs/model.md and docs/performance.md from docs/data, and report.html and, where
 Chromium is installed, report.pdf: `make report`. Nothing is measured. The text between the marks (tools/marks.py) is
 written by hand; tables.py makes what is at the marks, and claims.py checks the sentences that compare numbers.
 
@@ -19,7 +19,7 @@ import claims  # noqa: E402 (after the path)
 import marks  # noqa: E402
 import tables  # noqa: E402
 
-DOCUMENTS = "report.md", "model.md"
+DOCUMENTS = "report.md", "model.md", "performance.md"
 
 
 def made(text, numbers):
@@ -61,7 +61,6 @@ def check():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pebble", default=os.path.join(data.ROOT, "pebble"), type=os.path.abspath)
     parser.add_argument("--check", action="store_true", help="only say what is wrong")
     args = parser.parse_args()
     if not args.check:
@@ -73,7 +72,7 @@ def main():
             with open(os.path.join(docs, name), "w") as f:
                 f.write(text)
             print(f"  docs/{name}")
-        figures.draw(docs, args.pebble)
+        figures.draw(docs)
         try:
             import page
 

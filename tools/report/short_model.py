@@ -1,25 +1,29 @@
 #!/usr/bin/env python3
-"""The short model of docs/model.md: five constants, and the speed-up of each strategy from them.
+"""The models of docs/model.md: the short one, of five constants, and the full one (src/cost), asked by predict.c.
 
     short_model.py options/disks.opts output/disks.model 1e6    constants and speed-ups of a scene with 10^6 particles
 
-The constants are differences of the full model (src/cost, asked by predict.c) with the constants of a calibration, so
-both have the same program and machine behind them. The full model cuts the scene as the program does it; the short
-one has cubes.
+The constants are differences of the full model with the constants of a calibration, so both have the same program and
+machine behind them. The full model cuts the scene as the program does it; the short one has cubes. Times are in s.
 """
 
 import argparse
 import math
 import os
+import re
+import subprocess
+import sys
 import tempfile
 from dataclasses import dataclass
 
-import model
-
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+import launch  # noqa: E402 (after the path)
+
 NEAR = 20000  # particles for which differences are taken: their data fit into the caches of a process of a large run
 ALWAYS = 1e9  # particles that change process in a step: a migration in every step
 PROCESSES = (2, 4, 8, 16, 32)
+SHARE = "particles nodes ghosts neighbours processes axes crossing row waits".split()  # of a process: MPMShare
 
 
 @dataclass
@@ -46,25 +50,16 @@ class Short:
 
     def efficiency(self, n, processes, imbalance=1.0):
         """That of n particles a process."""
-        return self.C * n / self.step(n * processes, processes, imbalance)
+        return self.speedup(n * processes, processes, imbalance) / processes
 
     def most(self, total):
-        """The number of processes on which even cubes are fastest, and more are slower."""
-        low, high = 2.0, 1e18
-        while high / low > 1 + 1e-9:
-            a, b = low * (high / low) ** (1 / 3), low * (high / low) ** (2 / 3)
-            low, high = (low, b) if self.step(total, a) < self.step(total, b) else (a, high)
-        return low
+        """The number of processes on which even cubes are fastest: there a tenth of a per mille more of them is as good."""
+        return bisect(2.0, lambda p: self.step(total, 1.0001 * p) >= self.step(total, p))
 
     def least(self, efficiency, processes, imbalance=1.0):
         """The least number of particles a process for this efficiency (isoefficiency), or infinity."""
-        if 1 / efficiency <= imbalance:
-            return math.inf
-        low, high = 1.0, 1e18
-        while high / low > 1 + 1e-9:
-            middle = math.sqrt(low * high)
-            low, high = (low, middle) if self.efficiency(middle, processes, imbalance) >= efficiency else (middle, high)
-        return high
+        possible = 1 / efficiency > imbalance
+        return bisect(1.0, lambda n: self.efficiency(n, processes, imbalance) >= efficiency) if possible else math.inf
 
     def pool(self, processes):
         """The speed-up of a pool."""
@@ -75,35 +70,69 @@ class Short:
         return self.C / self.M
 
 
-def short(m, per_cell, total, edge):
-    """The five constants of a model for cubes with so many particles a cell, and for the pool with patches of this
-    edge, which has a scene of `total` particles."""
-    d, n = m.predictor.dim, NEAR
-
-    def step(**more):
-        return m.step(model.Share(n, n / per_cell, **more))
-
-    def migrating(**more):
-        return step(neighbours=2**d - 1, axes=d, crossing=ALWAYS, processes=2, **more)
-
-    alone, doubling, two = step(), step(processes=4) - step(processes=2), migrating()
-    face = n ** (1 - 1 / d)  # particles of one face; nodes of it are fewer
-    ghosts = d * (m.predictor.stencil - 1) * (n / per_cell) ** (1 - 1 / d)
-    sides = migrating(ghosts=ghosts, row=d * face, waits=1) - two
-    busy = m.busy(model.Share(total, total / per_cell), edge)
-    return Short(d, alone / n, two - alone - doubling, sides / face, doubling, busy / total)
+def bisect(low, reached):
+    """The least number above `low` for which something is reached."""
+    high = 1e18
+    while high / low > 1 + 1e-9:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if reached(middle) else (middle, high)
+    return high
 
 
-def show(s, total, processes, imbalance):
-    """Prints the constants and what follows from them."""
-    what = "a particle", "a step", "a particle of a face", "a doubling of the processes", "a particle for the master of a pool"
-    for name, words in zip("CLBRM", what):
-        print(f"{name} {getattr(s, name):.3g} s {words}")
-    print(f"spatial is fastest on about {s.most(total):.3g} processes")
-    print(f"the pool's bound is {s.bound():.3g}, which {1 + s.bound():.3g} workers reach")
-    for p in processes:
-        spatial = s.speedup(total, p, imbalance if p > 1 else 1)
-        print(f"  {p:7}  spatial S {spatial:9.2f}  E {spatial / p:.3f}   pool S {s.pool(p):7.3f}")
+class Model:
+    """The full model of a scene's method. Facts of the method: `method`, `dim`, `stencil`, `tile`, `travels`, and in
+    `phases` the kind of each phase, nodes or particles. Its constants, to be set: `rates` has for each phase the numbers
+    of a file's line (a call, then three times: at so many, so much each), `numbers` the others."""
+
+    def __init__(self, program, *options):
+        self.command, self.rates, self.numbers, self.direct, self.phases = [program, *options, "-dry_run"], {}, {}, True, {}
+        for name, *words in map(str.split, self.run("").partition("ready\n")[0].splitlines()):
+            if name == "phase":
+                self.phases[words[0]] = words[1]
+            else:
+                setattr(self, name, words[0] if name == "method" else int(words[0]))
+
+    def run(self, requests):
+        done = launch.run(self.command, input=requests, stdout=subprocess.PIPE, text=True)
+        return done.stdout if not done.returncode else sys.exit(f"{' '.join(map(str, self.command))} fails")
+
+    def ask(self, *requests):
+        """The words of the answers to requests, each a tuple of words and numbers."""
+        text = "".join(" ".join(w if isinstance(w, str) else f"{w:.17g}" for w in request) + "\n" for request in requests)
+        answers = self.run(f"direct {int(self.direct)}\n{self.lines()}{text}").partition("ready\n")[2].splitlines()
+        return [answer.split() for answer in answers]
+
+    def steps(self, *shares):
+        """Seconds of a step of each share."""
+        requests = [("step", *(share.get(name, name == "processes") for name in SHARE)) for share in shares]
+        return [float(t) for t, in self.ask(*requests)]
+
+    def lines(self):
+        """The constants as lines of a file."""
+        rates = (f"rate {name} " + " ".join(f"{v:.17g}" for v in values) for name, values in self.rates.items())
+        return "".join(line + "\n" for line in (*rates, *(f"{k} {v:.17g}" for k, v in self.numbers.items())))
+
+    def load(self, path):
+        """Takes the constants of a file that `make calibrate` wrote, for vectors of any width."""
+        with open(path) as f:
+            text = f.read()
+        found, ours = (re.sub(r"^(\d-D:\d+:\d+:)\d+", r"\1", m) for m in (*re.findall(r"^method (\S+)", text, re.M), self.method))
+        if found != ours:
+            raise ValueError(f"{path}: no constants of the method {self.method}")
+        self.rates = {name: list(map(float, values.split())) for name, values in re.findall(r"^rate (\w+) (.*)", text, re.M)}
+        self.numbers = {k: float(v) for k, v in re.findall(r"^([a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\deE]+)$", text, re.M)}
+
+    def short(self, per_cell, total, edge):
+        """The five constants for cubes with so many particles a cell, and for the pool with patches of this edge, which
+        has a scene of `total` particles."""
+        d, n = self.dim, NEAR
+        face = n ** (1 - 1 / d)  # particles of one face; nodes of it are fewer
+        alone = dict(particles=n, nodes=n / per_cell)
+        two = alone | dict(neighbours=2**d - 1, axes=d, crossing=ALWAYS, processes=2)
+        sides = two | dict(ghosts=d * (self.stencil - 1) * (n / per_cell) ** (1 - 1 / d), row=d * face, waits=1)
+        one, two, sides, on_2, on_4 = self.steps(alone, two, sides, alone | {"processes": 2}, alone | {"processes": 4})
+        ((_, busy),) = self.ask(("master", total, total / per_cell, 2, edge))
+        return Short(d, one / n, two - one - (on_4 - on_2), (sides - two) / face, on_4 - on_2, float(busy) / total)
 
 
 def main():
@@ -120,10 +149,17 @@ def main():
         if not os.path.exists(path):
             parser.error(f"{path} is not there; make calibrate SCENE=<options file> builds and writes it")
     with tempfile.TemporaryDirectory() as folder:
-        m = model.load(args.calibration, model.Predictor(args.predictor, "-options_file", args.options, "-output_dir", folder))
-        per_cell = args.per_cell or 2**m.predictor.dim
-        edge = m.patch(model.Share(args.particles, args.particles / per_cell))
-        show(short(m, per_cell, args.particles, edge), args.particles, args.processes, args.imbalance)
+        m = Model(args.predictor, "-options_file", args.options, "-output_dir", folder)
+        m.load(args.calibration)
+        total, per_cell = args.particles, args.per_cell or 2**m.dim
+        s = m.short(per_cell, total, int(m.ask(("edge", total, total / per_cell, 8))[0][0]))
+    for name, of in zip("CLBRM", ("a particle", "a step", "a particle of a face", "a doubling of the processes", "a particle for the master of a pool")):
+        print(f"{name} {getattr(s, name):.3g} s {of}")
+    print(f"spatial is fastest on about {s.most(total):.3g} processes")
+    print(f"the pool's bound is {s.bound():.3g}, which {1 + s.bound():.3g} workers reach")
+    for p in args.processes:
+        spatial = s.speedup(total, p, args.imbalance if p > 1 else 1)
+        print(f"  {p:7}  spatial S {spatial:9.2f}  E {spatial / p:.3f}   pool S {s.pool(p):7.3f}")
 
 
 if __name__ == "__main__":

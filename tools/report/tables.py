@@ -1,8 +1,9 @@
-"""The tables and the numbers in the text of docs/report.md and docs/model.md, all from docs/data: table_NAME and
-number_NAME make what stands at the mark NAME. Numbers of one group are made by a function of their own, in NUMBERS."""
+"""The tables and the numbers in the text of docs/report.md, model.md and performance.md, all from docs/data: table_NAME
+makes the table at the mark NAME, and numbers() all numbers."""
 
 import math
 from collections import defaultdict
+from dataclasses import replace
 
 import data
 from data import BOXES, CLASSES, DIRECT, POOL, PROCESSES, SCENES, SWARM, WAYS, WEAK, title
@@ -12,24 +13,36 @@ SHARES = (1e5, 1e9), (0, 1e5)  # particles a process of the runs on two processe
 # The critical paths that were probably disturbed: more processes had higher efficiencies, or nearly so.
 DISTURBED = {("disks", "weak", 4), ("disks", "weak", 8), ("disks3d", "weak", 8), ("disks3d", "weak", 16)}
 GOAL, STEP = (0.9, 1.1), (0.85, 1.15)  # closed form over simulation, predicted over measured
+FULL = {DIRECT: "spatial direct", SWARM: "spatial swarm", POOL: "pool"}
+LADDERS = (("usf, flip (the assignment)", "linear"), ("musl, flip", "linear"), ("musl, flip", "quadratic B-spline"), ("usl, aflip", "quadratic B-spline"),
+           ("preset balanced (the default)", "cubic B-spline"), ("usl, aflip", "GIMP, stretched"))  # fmt: skip
+BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
+PRESETS = {"fast": "bs2 usl flip", "balanced": "bs3 usl aflip 1", "accurate": "bs3 usl afmpm", "energy": "bs3 musl flip", "solid": "bs2 total 2"}
+LEAVES_OUT = {
+    "critical path": ("the network; most waiting; competition for memory of more than two cores", "caches that are cold after each turn"),
+    "closed form": ("disturbances; waiting, except by imbalance", ""),
+    "injected simulation": ("caches; competition for memory; disturbances", ""),
+    "emulated simulation": ("competition for memory", "all processes in the caches of one core"),
+}
 
 
 def thousands(n):
     return f"{int(n):,}".replace(",", " ")
 
 
-def three(x):
-    return f"{x:.3g}" if x < 99.95 else thousands(round(x))
+def digits(x):
+    """Three digits of a number of particles or processes."""
+    return thousands(float(f"{x:.3g}"))
 
 
 def seconds(t):
     return f"{1e6 * t:.0f} µs" if t < 9.995e-4 else f"{1e3 * t:.3g} ms"
 
 
-def span(values, digits="{:.2f}"):
+def span(values, form="{:.2f}"):
     """The least and the largest, or the only one."""
     values = list(values)
-    return " to ".join(dict.fromkeys(digits.format(v) for v in (min(values), max(values))))
+    return " to ".join(dict.fromkeys(form.format(v) for v in (min(values), max(values))))
 
 
 def inside(ratios, low, high):
@@ -40,6 +53,10 @@ def speedups(scene, study, kind, how=DIRECT):
     return {p: p * e for p, e in data.efficiency(scene, study, kind, how).items()}
 
 
+def cell(values, p, form="{:.2f}"):
+    return form.format(values[p]) if p in values else ""
+
+
 # ---- The first page
 def all_classes(processes):
     """Efficiencies of strong scaling, direct, of all scenes, in all classes."""
@@ -47,13 +64,10 @@ def all_classes(processes):
 
 
 def table_answer():
-    lines = []
-    for s in SCENES:
-        cells = [title(s), thousands(data.constants(s)["particles"]), three(speedups(s, "strong", "measured")[2])]
-        cells += [three(speedups(s, "strong", kind)[p]) for p in (8, 32) for kind in CLASSES]
-        lines.append(cells)
-    head = [f"{p}: {kind.replace(' simulation', '')}" if kind == CLASSES[0] else kind.replace(" simulation", "") for p in (8, 32) for kind in CLASSES]
-    return markdown(["scene", "particles", "on 2, measured", *head], lines)
+    words = [kind.replace(" simulation", "") for kind in CLASSES]
+    lines = [[title(s), thousands(data.constants(s)["particles"]), cell(speedups(s, "strong", "measured"), 2),
+              *(f"{speedups(s, 'strong', kind)[p]:.3g}" for p in (8, 32) for kind in CLASSES)] for s in SCENES]  # fmt: skip
+    return markdown(["scene", "particles", "on 2, measured", *(f"{p}: {w}" if w == words[0] else w for p in (8, 32) for w in words)], lines)
 
 
 def interval(kind, pool=False, shares=SHARES[0]):
@@ -61,90 +75,36 @@ def interval(kind, pool=False, shares=SHARES[0]):
 
 
 def table_sure():
-    words = {
-        "critical path": ("the network; most waiting; competition for memory of more than two cores", "caches that are cold after each turn"),
-        "closed form": ("disturbances; waiting, except by imbalance", ""),
-        "injected simulation": ("caches; competition for memory; disturbances", ""),
-        "emulated simulation": ("competition for memory", "all processes in the caches of one core"),
-    }
-    lines = []
-    for kind in CLASSES:
-        found = [interval(kind, pool, shares) for pool in (False, True) for shares in SHARES]
-        lines.append([kind, *(f"{span(some)} ({len(some)})" for some in found), *words[kind]])
+    found = {kind: [interval(kind, pool, shares) for pool in (False, True) for shares in SHARES] for kind in CLASSES}
     head = ["class", "spatial, 100 000 or more a process", "spatial, 8 000 to 17 000", "pool, 100 000 or more", "pool, 8 000 to 17 000", "leaves out", "adds"]
-    return markdown(head, lines)
-
-
-def two_processes():
-    lengths = {(r["scene"], r["processes"], r["steps"]): r["seconds_per_step"] for r in data.rows("scaling/lengths.csv")}
-    measured = {study: [speedups(s, study, "measured")[2] for s in SCENES] for study in ("strong", "weak")}
-    long, few = ([lengths[s, 1, n] / lengths[s, 2, n] for s in SCENES] for n in (400, 40))
-    return {
-        "two": span(measured["strong"]), "two_weak": span(measured["weak"]), "two_long": span(long), "two_short": span(few),
-        "dam_long": f"{long[list(SCENES).index('dambreak3d')]:.2f}", "dam_short": f"{few[list(SCENES).index('dambreak3d')]:.2f}",
-        "swarm_two": span(migration()["measured", 2]), "swarm_32": span(migration()["critical path", 32]),
-        "swarm_32_simulated": span(migration()["injected simulation", 32]),
-    }  # fmt: skip
-
-
-def headline():
-    out = {}
-    for p in (8, 32):
-        found = all_classes(p)
-        every = [e for some in found.values() for e in some]
-        out |= {f"e_{p}": span(every), f"s_{p}": span((p * e for e in every), "{:.1f}")}
-        out |= {f"{kind.split()[0]}_{p}": span(some) for kind, some in found.items()}
-    out |= {f"sure_{kind.split()[0]}": span(interval(kind)) for kind in CLASSES}
-    out["few_injected"] = span(interval("injected simulation", shares=SHARES[1]))
-    some = [q for q in data.pairs("critical path") if q["way"] != POOL]
-    out["path_above"] = f"{sum(q['efficiency'] < 1 for q in some)} of {len(some)}"
-    return out
+    return markdown(head, [[kind, *(f"{span(q)} ({len(q)})" for q in some), *LEAVES_OUT[kind]] for kind, some in found.items()])
 
 
 # ---- Mathematics and serial program
-LADDERS = (
-    ("usf, flip (the assignment)", "linear"),
-    ("musl, flip", "linear"),
-    ("musl, flip", "quadratic B-spline"),
-    ("usl, aflip", "quadratic B-spline"),
-    ("usl, aflip with -method_affine_strain 1 (the default)", "cubic B-spline"),
-    ("usl, aflip", "GIMP, stretched"),
-)
-
-
 def ladder(method, basis):
     return {r["cells"]: float(r["error"]) for r in data.rows("ladders.csv") if (r["method"], r["basis"]) == (method, basis)}
 
 
 def table_orders():
-    lines = []
+    lines, sizes = [], sorted({r["cells"] for r in data.rows("ladders.csv")})
     for method, basis in LADDERS:
-        e = ladder(method, basis)
-        cells = [f"{100 * v:.2g} %" if math.isfinite(v) else "stops" for v in e.values()]
-        orders = [math.log2(a / b) if math.isfinite(b) else b for a, b in zip(e.values(), list(e.values())[1:])]
-        lines.append([basis, method, *cells, *(f"{o:.1f}" if math.isfinite(o) else "" for o in orders[-2:])])
-    sizes = list(ladder(*LADDERS[0]))
-    return markdown(["basis", "update, transfer", *(f"{n} cells" for n in sizes), *(f"order {a}-{b}" for a, b in zip(sizes[-3:], sizes[-2:]))], lines)
+        e = {n: 100 * error for n, error in ladder(method, basis).items()}
+        lines.append([basis, method, *(cell(e, n, "{:.2g} %") for n in sizes), f"{math.log2(list(e.values())[-2] / list(e.values())[-1]):.1f}"])
+    return markdown(["basis", "update, transfer", *(f"{n} cells" for n in sizes), "last order"], lines)
 
 
-def serial():
-    floor = [r for r in data.rows("bench/floor.csv") if r["group"] == "seed" and r["update"] == "usf"]
-    ratios = []
-    for n in {r["particles"] for r in floor}:
-        ns = {r["program"]: r["min_ns"] for r in floor if r["particles"] == n}
-        ratios.append(ns["seed_serial"] / ns["pebble"])
-    out = {f"serial_{s[-2:]}": f"{1e9 * data.constants(s)['C']:.0f}" for s in BOXES}
-    return out | {"plain": span(ratios, "{:.1f}"), "imbalance": f"{data.modelled('disks', 'balance', 'spatial direct', 'imbalance')[32]:.2f}"}
+def plain():
+    """The plain serial program over pebble, for the same work."""
+    ns = {(r["particles"], r["program"]): r["min_ns"] for r in data.rows("bench/seed.csv") if r["update"] == "usf"}
+    return [t / ns[n, "pebble"] for (n, program), t in ns.items() if program == "seed_serial"]
 
 
 # ---- The model
 def table_constants():
-    lines = []
-    for s in SCENES:
-        c = data.constants(s)
-        five = f"{1e9 * c['C']:.1f} ns", f"{1e6 * c['L']:.1f} µs", f"{1e9 * c['B']:.0f} ns", f"{1e6 * c['R']:.1f} µs", f"{1e9 * c['M']:.1f} ns"
-        lines.append([title(s), thousands(c["particles"]), seconds(c["T1"]), *five, c["patch"], f"{data.short(s).bound():.2f}"])
-    return markdown(["scene", "N", "T(1), measured", "C", "L", "B", "R", "M", "patch, cells", "bound C/M"], lines)
+    units = (("C", 1e9, "{:.1f} ns"), ("L", 1e6, "{:.1f} µs"), ("B", 1e9, "{:.0f} ns"), ("R", 1e6, "{:.1f} µs"), ("M", 1e9, "{:.1f} ns"))
+    lines = [[title(s), thousands(c["particles"]), seconds(c["T1"]), *(form.format(unit * c[k]) for k, unit, form in units), c["patch"],
+              f"{data.short(s).bound():.2f}"] for s, c in ((s, data.constants(s)) for s in SCENES)]  # fmt: skip
+    return markdown(["scene", "N", "T(1), measured", *"CLBRM", "patch, cells", "bound C/M"], lines)
 
 
 def table_least():
@@ -153,7 +113,7 @@ def table_least():
     for s in BOXES:
         for e in (0.8, 0.9):
             full = data.kept(s, e)
-            lines.append([title(s), e, "short", *(thousands(float(f"{data.short(s).least(e, p):.3g}")) for p in full)])
+            lines.append([title(s), e, "short", *(digits(data.short(s).least(e, p)) for p in full)])
             lines.append([title(s), e, "full", *map(thousands, full.values())])
     return markdown(["scene", "efficiency", "model", *map(thousands, data.kept("box2d", 0.8))], lines)
 
@@ -162,98 +122,66 @@ def cubes(scene, how, processes):
     return data.modelled(scene, "cubes", f"spatial {how}")[processes]
 
 
-def least_ratios():
-    some = {(s, e, p): data.short(s).least(e, p) / n for s in BOXES for e in (0.8, 0.9) for p, n in data.kept(s, e).items()}
-    return {"least_apart": span(some.values(), "{:.1f}"), "least_2d": span((q for (s, *_), q in some.items() if s == "box2d"), "{:.1f}"),
-            "least_far": span((q for (_, _, p), q in some.items() if p >= 1024), "{:.2f}")} | {
-            f"million_{how}": span((cubes(s, how, 2**20) for s in BOXES)) for how in ("direct", "swarm")}  # fmt: skip
-
-
-def distances(study="strong"):
-    """Short over full model: (ratio, scene, way, processes)."""
-    for s in SCENES:
-        for how, word in ((DIRECT, "spatial direct"), (POOL, "pool")):
-            full, closed = data.modelled(s, study, word), data.efficiency(s, study, "closed form", how)
-            yield from ((closed[p] / full[p], s, how, p) for p in full)
-
-
-def apart():
-    out = {}
-    for name, how in (("spatial", DIRECT), ("pool", POOL)):
-        some = [q for q, _, h, _ in distances() if h == how]
-        out |= {f"apart_{name}": span(some), f"apart_{name}_5": inside(some, 0.95, 1.05)}
-    return out
+def apart(how):
+    """Speed-ups of strong scaling by the short model over those by the full one."""
+    closed, full = ({s: get(s) for s in SCENES} for get in (lambda s: data.efficiency(s, "strong", "closed form", how), lambda s: data.modelled(s, "strong", FULL[how])))
+    return [closed[s][p] / e for s in SCENES for p, e in full[s].items()]
 
 
 def table_example():
     s, total, lines = data.short("box2d"), data.constants("box2d")["particles"], []
-    for p in (1, *PROCESSES[1:], 128, 1024):
+    full = [data.modelled("box2d", "strong", FULL[how]) for how in (DIRECT, POOL)]
+    for p in (*PROCESSES, 128, 1024):
         n = total / p
         parts = [s.C * n, *((s.L, s.B * math.sqrt(n), s.R * math.log2(p)) if p > 1 else (0, 0, 0))]
-        full = [data.modelled("box2d", "strong", how).get(p) for how in ("spatial direct", "pool")]
-        both = [f"{p * e:.2f}" if e else "" for e in full]
-        lines.append([p, *(f"{1e6 * t:.1f}" for t in (*parts, sum(parts))), *(f"{x:.2f}" for x in (s.speedup(total, p), s.speedup(total, p) / p)),
-                      both[0], f"{s.pool(p):.2f}", both[1]])  # fmt: skip
+        both = [cell({q: q * e for q, e in some.items()}, p) for some in full]
+        ours = [f"{x:.2f}" for x in (s.speedup(total, p), s.speedup(total, p) / p, s.pool(p))]
+        lines.append([p, *(f"{1e6 * t:.1f}" for t in (*parts, sum(parts))), *ours[:2], both[0], ours[2], both[1]])
     return markdown(["P", "C n, µs", "L, µs", "B √n, µs", "R log2 P, µs", "T, µs", "S", "E", "S, full model", "S, pool", "pool, full model"], lines)
-
-
-def table_limits():
-    lines = []
-    for name in SCENES:
-        s = data.short(name)
-        least = [thousands(float(f"{s.least(0.8, p):.3g}")) for p in (32, 1024, 32768)]
-        lines.append([title(name), thousands(float(f"{s.most(data.constants(name)['particles']):.3g}")), *least, f"{s.bound():.2f}", f"{1 + s.bound():.1f}"])
-    return markdown(["scene", "P of the largest S", "n for E = 0.8 on 32", "on 1 024", "on 32 768", "the pool's bound", "its workers"], lines)
 
 
 # ---- Results
 def table_scenes():
-    basis, lines = {"linear": "linear", "bspline2": "quadratic"}, []
+    lines = []
     for r in data.rows("scaling/scenes.csv"):
-        sizes = [min(q["particles"] for q in data.runs(study, "measured") if q["scene"] == r["scene"]) for study in ("strong", "weak")]
-        what = f"{basis[r['basis']]}, {r['update']}"
-        real = next(q["pool_cells"] for q in data.runs("strong", "measured") if (q["scene"], q["way"]) == (r["scene"], POOL))
-        patches = f"{real}; {data.constants(r['scene'])['patch']}"
-        lines.append([title(r["scene"]), what, r["cells"].replace("x", " x "), "; ".join(map(thousands, sizes)), patches, r["motion"]])
+        s = r["scene"]
+        sizes = [min(q["particles"] for q in data.runs(study, "measured") if q["scene"] == s) for study in ("strong", "weak")]
+        patches = next(q["pool_cells"] for q in data.runs("strong", "measured") if (q["scene"], q["way"]) == (s, POOL)), data.constants(s)["patch"]
+        lines.append([title(s), f"{BASES[r['basis']]}, {r['update']}", r["cells"].replace("x", " x "), "; ".join(map(thousands, sizes)),
+                      "{}; {}".format(*patches), r["motion"]])  # fmt: skip
     return markdown(["scene", "basis, update", "cells, strong scaling", "particles: strong; weak on 1", "cells of a patch: real; simulated", "motion at the start"], lines)
 
 
-def scaling(kind, first=()):
-    """Lines of speed-ups on 1 to 32 processes, strong and weak, of all ways. first: numbers of processes for which the
-    measured speed-up has a column of its own."""
+def scaling(kind, measured=False):
+    """Speed-ups on 1 to 32 processes, strong and weak: direct / DMSwarmMigrate / pool in a cell; measured: also on two."""
     lines = []
-    for study in ("strong", "weak"):
-        for s in SCENES:
-            for how in WAYS:
-                found, real = speedups(s, study, kind, how), speedups(s, study, "measured", how)
-                if not found:
-                    continue
-                star = {p: " *" * ((s, study, p) in DISTURBED and how == DIRECT) for p in PROCESSES}
-                cells = [f"{found[p]:.2f}{star[p]}" if p in found else "" for p in PROCESSES[1:]]
-                lines.append([study, title(s), how, "1", *(f"{real[p]:.2f}" if p in real else "" for p in first), *cells])
-    return lines
+    for study, s in ((study, s) for study in ("strong", "weak") for s in SCENES):
+        found, real = ([speedups(s, study, k, how) for how in WAYS] for k in (kind, "measured"))
+        if any(found):
+            star = {p: "*" * ((s, study, p) in DISTURBED and measured) for p in PROCESSES}
+            cells = [" / ".join(cell(by, p) or "-" for by in some) for some, p in (*[(real, 2)] * measured, *((found, p) for p in PROCESSES[1:]))]
+            marked = [c.replace(" /", f"{star[p]} /", 1) for c, p in zip(cells, (*[1] * measured, *PROCESSES[1:]))]
+            lines.append([study, title(s), "1", *marked])
+    return markdown(["scaling", "scene", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
 
 
 def table_all():
-    return markdown(["scaling", "scene", "way", *map(str, PROCESSES)], scaling("injected simulation"))
+    return scaling("injected simulation")
 
 
 def table_path():
-    return markdown(["scaling", "scene", "way", "1", "2, measured", *map(str, PROCESSES[1:])], scaling("critical path", (2,)))
+    return scaling("critical path", True)
 
 
 def table_large():
     """Injected simulation on 64 to 1024 processes."""
-    groups = defaultdict(dict)
-    for study in ("weak-large", "strong-large"):
-        for r in data.simulations(study, "injected simulation"):
-            if r["processes"] > 1:
-                groups[study.split("-")[0], r["scene"], r["way"] + ", racks of 32" * (r["platform"] == "fattree")][r["processes"]] = r
-    lines = []
-    for (study, s, how), by in groups.items():
-        n = next(r["particles"] // (r["processes"] if study == "weak" else 1) for r in by.values())
-        lines.append([study, title(s), how, thousands(n), *(f"{by[p]['efficiency']:.2f}" if p in by else "" for p in (64, 128, 256, 512, 1024))])
-    return markdown(["scaling", "scene", "way", "particles: strong in all, weak a process", "64", "128", "256", "512", "1 024"], lines)
+    groups, sizes = defaultdict(dict), (64, 128, 256, 512, 1024)
+    for study in ("weak", "strong"):
+        for r in (r for r in data.simulations(f"{study}-large", "injected simulation") if r["processes"] > 1):
+            n = r["particles"] // (r["processes"] if study == "weak" else 1)
+            groups[study, title(r["scene"]), r["way"] + ", racks of 32" * (r["platform"] == "fattree"), thousands(n)][r["processes"]] = r["efficiency"]
+    lines = [[*key, *(cell(by, p) for p in sizes)] for key, by in groups.items()]
+    return markdown(["scaling", "scene", "way", "particles: strong in all, weak a process", *map(thousands, sizes)], lines)
 
 
 def migration():
@@ -267,141 +195,161 @@ def migration():
     return out
 
 
-def kept_by_simulation(scene, level=0.8):
-    """{processes: least particles a process with which all simulated runs on up to so many keep an efficiency}"""
-    known = [(r["particles"] // r["ranks"], r["ranks"], r["efficiency"]) for study in ("strong", "weak", "strong-large", "weak-large")
-             for r in data.evidence(study, "injected simulation") if (r["scene"], r["way"]) == (scene, DIRECT)]  # fmt: skip
-    out = {}
-    for p in sorted({p for _, p, _ in known}):
-        worst = max((n for n, q, e in known if q <= p and e < level), default=0)
-        if enough := [n for n, q, e in known if q == p and n > worst and e >= level]:
-            out[p] = min(enough)
-    return out
-
-
-def kept_words(scene):
-    last = {n: p for p, n in kept_by_simulation(scene).items()}  # the most processes for each number of particles
-    return " and ".join(f"{thousands(n)} particles a process on up to {thousands(p)}" for n, p in sorted(last.items()) if p >= 32)
-
-
 def digests():
     """For each scene, study, particles and steps that ran in several ways: numbers of runs and of different digests."""
     groups = defaultdict(list)
     for r in data.rows("scaling/runs.csv"):
         if r["digest"] != "" and r["class"] != "oversubscribed":
-            groups[r["scene"], r["study"], r["particles"], r["steps"]].append(r)
-    for some in groups.values():
-        runs = {(r["strategy"], r["migrate"], r["processes"]) for r in some}
-        if len(runs) > 1:
-            yield len(runs), len({str(r["digest"]) for r in some})
-
-
-def pool_best(kind):
-    return [max(speedups(s, "strong", kind, POOL).values()) for s in SCENES]
+            groups[r["scene"], r["study"], r["particles"], r["steps"]].append(((r["strategy"], r["migrate"], r["processes"]), str(r["digest"])))
+    return [found for found in ((len({way for way, _ in some}), len({bits for _, bits in some})) for some in groups.values()) if found[0] > 1]
 
 
 def overtakes(scene="box3d", processes=32):
     """The cost of the law, s, from which on the pool is ahead of spatial decomposition by the closed form, or None."""
     short, total = data.short(scene), data.constants(scene)["particles"]
     i = data.modelled(scene, "strong", "spatial direct", "imbalance")[processes]
-    for k in range(121):
-        d = data.replace(short, C=short.C + 1e-9 * 10 ** (k / 20))
-        if d.pool(processes) > d.speedup(total, processes, i):
-            return 1e-9 * 10 ** (k / 20)
-    return None
-
-
-def results():
-    found = list(digests())
-    weak = {how: data.efficiency("box2d", "weak-large", "injected simulation", how)[256] for how in (DIRECT, SWARM)}
-    migrating = [r for r in data.runs("strong", "critical path") if (r["processes"], r["way"]) == (32, SWARM) and r["scene"] in BOXES]
-    return {
-        "bits": f"{len(found)} scenes and sizes, {sum(n for n, _ in found)} runs",
-        "direct_256": f"{weak[DIRECT]:.2f}", "swarm_256": f"{weak[SWARM]:.2f}",
-        "migrating": " and ".join(f"{r['migrating_steps']} of {r['steps']}" for r in migrating),
-        "kept_2d": kept_words("box2d"), "kept_3d": kept_words("box3d"),
-        "pool_two": span(speedups(s, "strong", "measured", POOL)[2] for s in SCENES),
-        "pool_path": span(pool_best("critical path")), "pool_injected": span(pool_best("injected simulation")),
-        "pool_closed": span(pool_best("closed form")),
-        "overtakes": f"{float(f'{1e6 * overtakes():.2g}'):g}" if overtakes() else "no cost",
-        "counts": str(len(data.rows("scaling/counts.csv"))),
-        "machine_real": next(r["value"] for r in data.rows("scaling/machine.csv") if r["name"] == "program"),
-    }  # fmt: skip
+    costs = ((t, replace(short, C=short.C + t)) for t in (1e-9 * 10 ** (k / 20) for k in range(121)))
+    return next((t for t, d in costs if d.pool(processes) > d.speedup(total, processes, i)), None)
 
 
 # ---- Is the model right?
-def against(how, scenes=BOXES):
-    """Efficiency by the full model over that of the injected simulation, 2 to 32 processes, strong and weak."""
-    word = {DIRECT: "spatial direct", SWARM: "spatial swarm", POOL: "pool"}[how]
-    for study in ("strong", "weak"):
-        for s in scenes:
-            full, simulated = data.modelled(s, study, word), data.efficiency(s, study, "injected simulation", how)
-            yield from (full[p] / simulated[p] for p in full if p in simulated)
+def against(how):
+    """Efficiency by the full model over that of the injected simulation, filled boxes, 2 to 32 processes, strong and weak."""
+    both = ((data.modelled(s, study, FULL[how]), data.efficiency(s, study, "injected simulation", how)) for study in ("strong", "weak") for s in BOXES)
+    return [full[p] / simulated[p] for full, simulated in both for p in full if p in simulated]
 
 
 def predicted():
     """Predicted over measured steps of the scenes of options/: of short runs, and {processes: those of whole runs}."""
-    short = [r["predicted"] / r["seconds_per_step"] for r in data.rows("scaling/validation.csv")]
     whole = {p: [r["predicted"] / r["measured"] for r in data.rows("scaling/users.csv") if r["processes"] == p] for p in (1, 2)}
-    return short, whole
-
-
-def path_ratios():
-    """Critical path over closed form: efficiencies of spatial decomposition on 4 to 32 processes."""
-    for study in ("strong", "weak"):
-        for s in SCENES:
-            closed = data.efficiency(s, study, "closed form")
-            yield from (e / closed[p] for p, e in data.efficiency(s, study, "critical path").items() if p >= 4)
+    return [r["predicted"] / r["seconds_per_step"] for r in data.rows("scaling/validation.csv")], whole
 
 
 def goals():
-    """Rows of the table: number, goal, found, verdict."""
-    lines = []
-
-    def add(goal, words, met):
-        lines.append([len(lines) + 1, goal, words, "met" if met else "**missed**"])
-
-    rows = {kind: {(r["scene"], r["processes"], r["way"]): r for r in data.evidence("strong", kind)} for kind in ("injected simulation", "critical path")}
-    found = {kind: by["box3d", 32, DIRECT] for kind, by in rows.items()}
-    add("strong efficiency times imbalance at least 0.90: filled box, 3-D, 8 000 particles a process, 32 processes",
-        "; ".join(f"{kind}: {r['efficiency'] * r['imbalance']:.2f}" for kind, r in found.items()), all(r["efficiency"] * r["imbalance"] >= 0.9 for r in found.values()))  # fmt: skip
-    add("imbalance at most 1.05: two disks on 1024 x 1024 cells, 32 processes", f"{serial()['imbalance']}, counted", float(serial()["imbalance"]) <= 1.05)
+    """Goal, what was found, whether it is met."""
+    net = {kind: next(r["efficiency"] * r["imbalance"] for r in data.evidence("strong", kind) if (r["scene"], r["processes"], r["way"]) == ("box3d", 32, DIRECT))
+           for kind in ("injected simulation", "critical path")}  # fmt: skip
+    imbalance = data.modelled("disks", "balance", "spatial direct", "imbalance")[32]
+    yield "strong efficiency times imbalance at least 0.90: filled box, 3-D, 8 000 particles a process, 32 processes", net, min(net.values()) >= 0.9
+    yield "imbalance at most 1.05: two disks on 1024 x 1024 cells, 32 processes", {"counted": imbalance}, imbalance <= 1.05
     for s in BOXES:
         for p, bound in ((1024, 0.9), (32768, 0.88)):
             some = {"injected simulation": data.efficiency(s, "weak-large", "injected simulation").get(p), "closed form": data.short(s).efficiency(WEAK, p), "full model": cubes(s, "direct", p)}
             some = {kind: e for kind, e in some.items() if e}
-            add(f"weak efficiency at least {bound:.2f}: {title(s)}, {thousands(WEAK)} particles a process, {thousands(p)} processes",
-                "; ".join(f"{kind}: {e:.3f}" for kind, e in some.items()), all(e >= bound for e in some.values()))  # fmt: skip
-    some = {how: list(against(how)) for how in WAYS}
-    add("full model within 10 % of the injected simulation, filled boxes, 2 to 32 processes",
-        "; ".join(f"{how}: {inside(q, *GOAL)} ({span(q)})" for how, q in some.items()), all(GOAL[0] <= x <= GOAL[1] for q in some.values() for x in q))  # fmt: skip
+            yield f"weak efficiency at least {bound:.2f}: {title(s)}, {thousands(WEAK)} particles a process, {thousands(p)} processes", some, min(some.values()) >= bound
+    some = {how: against(how) for how in WAYS}
+    words = {how: f"{inside(q, *GOAL)} ({span(q)})" for how, q in some.items()}
+    yield "full model within 10 % of the injected simulation, filled boxes, 2 to 32 processes", words, all(GOAL[0] <= x <= GOAL[1] for q in some.values() for x in q)
     short, whole = predicted()
-    everyone = whole[1] + whole[2]
-    add("predicted within 15 % of the measured step, the scenes of `options/` (16 when it was set, 24 in the data) on 1 and 2 processes",
-        f"short runs in turns with the calibration: {inside(short, *STEP)}; whole runs as users start them: {inside(everyone, *STEP)}",
-        all(STEP[0] <= q <= STEP[1] for q in short + everyone))  # fmt: skip
-    return lines
+    both = {"short runs in turns with the calibration": short, "whole runs as users start them": whole[1] + whole[2]}
+    yield ("predicted within 15 % of the measured step, the scenes of `options/` (16 when it was set, 24 in the data) on 1 and 2 processes",
+           {what: inside(q, *STEP) for what, q in both.items()}, all(STEP[0] <= x <= STEP[1] for q in both.values() for x in q))  # fmt: skip
 
 
 def table_goals():
-    return markdown(["", "goal (all set by commit 194835d, 2026-11-21)", "found", ""], goals())
+    lines = [[k, goal, "; ".join(f"{what}: {v if isinstance(v, str) else f'{v:.3f}'}" for what, v in found.items()), "met" if met else "**missed**"]
+             for k, (goal, found, met) in enumerate(goals(), 1)]  # fmt: skip
+    return markdown(["", "goal (all set by commit 194835d, 2026-11-21)", "found", ""], lines)
 
 
-def validation():
-    short, whole = predicted()
-    met, words = sum(line[-1] == "met" for line in goals()), "None One Two Three Four Five Six Seven Eight".split()
-    return {
-        "goals_met": f"{words[met]} of the eight goals {'is' if met == 1 else 'are'} met",
-        "short_runs": inside(short, *STEP), "short_span": span(short),
-        "users_one": inside(whole[1], *STEP), "users_two": inside(whole[2], *STEP), "users_span": span(1 / q for q in whole[1] + whole[2]),
-        "path_closed": span(path_ratios()),
-    } | {f"against_{name}": f"{inside(q, *GOAL)} ({span(q)})" for name, q in (
-        ("direct", list(against(DIRECT))), ("swarm", list(against(SWARM))), ("pool", list(against(POOL))))}  # fmt: skip
+# ---- docs/performance.md
+def timed(group, **which):
+    """ns of the row of docs/data/bench with these columns."""
+    return next(r["min_ns"] for r in data.rows(f"bench/{group}.csv") if all(r[k] == v for k, v in which.items()))
 
 
+def table_presets():
+    cost = {(r["dim"], r["method"]): r for r in data.rows("method_cost.csv")}
+    both = {preset: [cost[dim, method] for dim in (2, 3)] for preset, method in PRESETS.items()}
+    lines = [[f"`{preset}`", *(f"{r['ratio'] / one['ratio']:.2f}" for r, one in zip(some, both["balanced"])), *(r["bytes"] for r in some)] for preset, some in both.items()]
+    return markdown(["preset", "step over that of `balanced`, 2-D", "3-D", "state of a particle, 2-D, B", "3-D, B"], lines)
+
+
+def one_and_two():
+    """{(dimension, basis): ns on one process, on two, on two with direct migration}"""
+    cases = (1, ""), (2, ""), (2, "-parallel_migrate direct")
+    keys = dict.fromkeys((r["dim"], r["basis"]) for r in data.rows("bench/ranks.csv"))
+    return {(d, b): [timed("ranks", dim=d, basis=b, processes=p, options=o) for p, o in cases] for d, b in keys}
+
+
+def over_bare(large):
+    some = [r for r in data.rows("bench/bare.csv") if r["program"] == "bare" and (r["particles"] > 5e5 if large else r["particles"] > 5e4)]
+    return {(r["dim"], r["basis"], r["particles"]): timed("bare", program="pebble", dim=r["dim"], basis=r["basis"], particles=r["particles"]) / r["min_ns"] for r in some}
+
+
+def table_steps():
+    kernels, lines = {key[:2]: q for key, q in over_bare(True).items()}, []
+    for (d, b), (one, *two) in one_and_two().items():
+        few = [timed("updates", dim=d, basis=b, update=u) for u in ("usl", "usf", "musl")]
+        ratios = *(one / t for t in two), *(t / few[0] for t in few[1:]), kernels[d, b]
+        lines.append([f"{d}-D {BASES[b]}", f"{one:.0f}", f"{1e3 / one:.0f}", f"{1e3 / two[0]:.0f}", *(f"{q:.2f}" for q in ratios)])
+    return markdown(["usl, 10^6 particles", "ns a particle", "10^6 particles a second: 1 process", "2", "1 over 2 processes", "with `direct`", "usf over usl, 10^5",
+                     "musl over usl", "step over bare kernels"], lines)  # fmt: skip
+
+
+def gains():
+    """{(what one would take instead, target): times of pebble's step}"""
+    out, work = {}, ((2, 99225), (2, 998001), (3, 97336), (3, 1000000))
+    for program, update, words, target in (("warp", "usl", "same scheme", 2), ("warp", "mls", "MLS-MPM", ""), ("taichi", "usl", "same scheme", 7), ("taichi", "mls", "MLS-MPM", "")):
+        out[f"{program.capitalize()}, {words}", target] = [timed("peers", program=program, update=update, dim=d, particles=n) / timed("peers", program="pebble", dim=d, particles=n) for d, n in work]
+    for update, target in (("usf", 8), ("usl", 15)):
+        out[f"the plain serial program, pebble with {update}", target] = [timed("seed", program="seed_serial") / timed("seed", program="pebble", update=update)]
+    return out
+
+
+def table_gains():
+    lines = [[what, *(f"{q:.1f}" for q in found), *[""] * (4 - len(found)), f"{target}: {sum(q >= target for q in found)} of {len(found)}" if target else ""]
+             for (what, target), found in gains().items()]  # fmt: skip
+    return markdown(["in place of pebble", "2-D, 10^5 particles", "2-D, 10^6", "3-D, 10^5", "3-D, 10^6", "target: met"], lines)
+
+
+# ---- Numbers
 def numbers():
-    """{name: text} of all numbers."""
+    """{name: text} of all numbers in the text."""
     out = {}
-    for group in (two_processes, headline, serial, least_ratios, apart, results, validation):
-        out |= group()
+    t = {(r["scene"], r["processes"], r["steps"]): r["seconds_per_step"] for r in data.rows("scaling/lengths.csv")}
+    lengths = {n: {s: t[s, 1, n] / t[s, 2, n] for s in SCENES} for n in (400, 40)}
+    for name, n in (("long", 400), ("short", 40)):
+        out |= {f"two_{name}": span(lengths[n].values()), f"dam_{name}": f"{lengths[n]['dambreak3d']:.2f}"}
+    for name, study in (("two", "strong"), ("two_weak", "weak")):
+        out[name] = span(speedups(s, study, "measured")[2] for s in SCENES)
+    for p in (8, 32):
+        found = all_classes(p)
+        every = sum(found.values(), [])
+        out |= {f"e_{p}": span(every), f"s_{p}": span((p * e for e in every), "{:.1f}")} | {f"{kind.split()[0]}_{p}": span(some) for kind, some in found.items()}
+    out["sure_critical"] = span(interval("critical path"))
+    path = [q["efficiency"] for q in data.pairs("critical path") if q["way"] != POOL]
+    out["path_above"] = f"{sum(e < 1 for e in path)} of {len(path)}"
+    for name, key in (("swarm_two", ("measured", 2)), ("swarm_32", ("critical path", 32)), ("swarm_32_simulated", ("injected simulation", 32))):
+        out[name] = span(migration()[key])
+    out |= {f"serial_{s[-2:]}": f"{1e9 * data.constants(s)['C']:.0f}" for s in BOXES}
+    out |= {"plain": span(plain(), "{:.1f}"), "imbalance": f"{data.modelled('disks', 'balance', 'spatial direct', 'imbalance')[32]:.2f}"}
+    least = {p: [data.short(s).least(e, p) / data.kept(s, e)[p] for s in BOXES for e in (0.8, 0.9)] for p in data.kept("box2d", 0.8)}
+    out |= {"least_apart": span(sum(least.values(), []), "{:.1f}"), "least_far": span((q for p in least if p >= 1024 for q in least[p]))}
+    most = [data.short(s).most(data.constants(s)["particles"]) for s in SCENES]
+    out["fastest"] = f"{digits(min(most))} to {digits(max(most))}"
+    out |= {f"million_{how}": span(cubes(s, how, 2**20) for s in BOXES) for how in ("direct", "swarm")}
+    out |= {"apart_spatial": span(apart(DIRECT)), "apart_spatial_5": inside(apart(DIRECT), 0.95, 1.05), "apart_pool": span(apart(POOL))}
+    out["bits"] = f"{len(digests())} scenes and sizes, {sum(n for n, _ in digests())} runs"
+    out |= {f"{name}_256": f"{data.efficiency('box2d', 'weak-large', 'injected simulation', how)[256]:.2f}" for name, how in (("direct", DIRECT), ("swarm", SWARM))}
+    rows = [r for r in data.runs("strong", "critical path") if (r["processes"], r["way"]) == (32, SWARM) and r["scene"] in BOXES]
+    out["migrating"] = " and ".join(f"{r['migrating_steps']} of {r['steps']}" for r in rows)
+    out["pool_two"] = span(speedups(s, "strong", "measured", POOL)[2] for s in SCENES)
+    for name, kind in (("path", "critical path"), ("injected", "injected simulation"), ("closed", "closed form")):
+        out[f"pool_{name}"] = span(max(speedups(s, "strong", kind, POOL).values()) for s in SCENES)
+    out |= {"overtakes": f"{float(f'{1e6 * overtakes():.2g}'):g}" if overtakes() else "no cost", "counts": str(len(data.rows("scaling/counts.csv")))}
+    out["machine_real"] = next(r["value"] for r in data.rows("scaling/machine.csv") if r["name"] == "program")
+    short, whole = predicted()
+    out |= {"short_runs": inside(short, *STEP), "short_span": span(short), "users_one": inside(whole[1], *STEP), "users_two": inside(whole[2], *STEP),
+            "users_span": span(1 / q for q in whole[1] + whole[2]), "users_one_span": span(1 / q for q in whole[1]), "users_most": f"{1 / min(whole[2]):.2f}"}  # fmt: skip
+    closed = {study: {s: data.efficiency(s, study, "closed form") for s in SCENES} for study in ("strong", "weak")}
+    out["path_closed"] = span(e / by[s][p] for study, by in closed.items() for s in SCENES for p, e in data.efficiency(s, study, "critical path").items() if p >= 4)
+    out |= {f"against_{name}": f"{inside(against(how), *GOAL)} ({span(against(how))})" for name, how in (("direct", DIRECT), ("swarm", SWARM), ("pool", POOL))}
+    met = sum(line[-1] for line in goals())
+    out["goals_met"] = f"{'None One Two Three Four Five Six Seven Eight'.split()[met]} of the eight goals {'is' if met == 1 else 'are'} met"
+    two = [one / q for one, *both in one_and_two().values() for q in both]
+    out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(False).values(), "{:.1f}")}
+    out["bench_when"] = next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10]
+    for name, word, form in (("twin", "serial", "{:.0f}"), ("warp", "Warp", "{:.1f}")):
+        out[name] = span((q for (what, _), found in gains().items() if word in what for q in found), form)
     return out

@@ -347,7 +347,7 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 | strategy, migrate | `serial` (one process), `spatial` with its way of migration; `pool` |
 | pool_cells | edge of the pool's patches |
 | processes, particles, steps | weak with `serial`: the scene of a larger number of processes, for its digest |
-| class | `measured`: wall time, a core for each process; `oversubscribed`: wall time, more processes than cores, no speed-up; `critical path`: slowest processor time in each phase and step, messages by the model; `closed form`: the model |
+| class | `measured`: wall time, a core for each process; `oversubscribed`: wall time, more processes than cores, no speed-up; `critical path`: slowest processor time in each phase and step, messages by the model; `closed form`: what the program predicts by a calibration of that day (the report has its own closed forms, of ../constants.csv) |
 | seconds_per_step | least of the repeats |
 | speedup | particles a second over those of one process, of the same class |
 | efficiency, efficiency_net_of_imbalance | speedup / processes; times imbalance |

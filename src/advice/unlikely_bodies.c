@@ -1,0 +1,307 @@
+/* unlikely_bodies.c - the rows of plausible.def of bodies and loads. */
+#include "advice/unlikely.h"
+
+#define STEPS 64 /* time steps for which a load is looked at */
+
+/* --- Bodies ------------------------------------------------------------------------------------------------------- */
+
+PetscBool MPMUnlikely_ppc_one(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (look->core->grid.dim == 1 || look->core->grid.total || look->scene->known || b->points) return PETSC_FALSE;
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMin(odd->ratio, (PetscReal)b->ppc[d]);
+  return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
+}
+
+PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (b->points) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, PetscAbsReal(b->offset[d]) / b->b[d]);
+  MPMUnlikelyWrite(odd->other, b->b[0]);
+  return MPMUnlikelyGiven("body", b->name, "_offset", odd);
+}
+
+/* Returns whether a wall holds the body at one of its ends along an axis, or the axis is periodic. */
+static PetscBool IsAtFace(const MPMLook *look, PetscInt k, PetscInt d)
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  return grid->periodic[d] || look->lower[k][d] < grid->lower[d] + 0.1 * grid->h[d] ||
+                 look->upper[k][d] > grid->upper[d] - 0.1 * grid->h[d]
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const MPMBody *b    = &look->scene->bodies[k];
+  PetscInt       thin = -1;
+
+  if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d];
+
+    if (IsAtFace(look, k, d) || (thin >= 0 && cells >= odd->ratio)) continue;
+    thin       = d;
+    odd->ratio = cells;
+  }
+  if (thin < 0) return PETSC_FALSE;
+  (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
+  (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[thin]);
+  MPMUnlikelyWrite(odd->meant, (look->upper[k][thin] - look->lower[k][thin]) / 3);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = &look->scene->bodies[k];
+  const MPMMaterial *m = &look->scene->materials[b->material];
+  PetscReal          size = 0;
+
+  if (k || look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
+  if (MPMUnlikelyModulus(m, PETSC_TRUE) < MPM_BOUND_soft) return PETSC_FALSE; /* which is told */
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
+  odd->ratio = look->time->end * PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho) / size;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  return MPMUnlikelyGiven("time_end", NULL, "", odd);
+}
+
+/* Reads a velocity at the start that is given by numbers. */
+static PetscBool Velocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[3])
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+    return PETSC_FALSE;
+  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Returns the axis along which a velocity is largest, and its sign. */
+static PetscInt Along(PetscInt dim, const PetscReal v[], PetscReal *sign)
+{
+  PetscInt axis = 0;
+
+  for (PetscInt d = 1; d < dim; d++)
+    if (PetscAbsReal(v[d]) > PetscAbsReal(v[axis])) axis = d;
+  *sign = v[axis] < 0 ? -1 : 1;
+  return axis;
+}
+
+PetscBool MPMUnlikely_speed_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal v[9] = {0};
+
+  if (look->g > 0 || look->scene->forced || look->scene->known || !(look->time->end > 0) || !Velocity(look, k, odd, v))
+    return PETSC_FALSE;
+  odd->ratio = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * look->time->end / MPMGridSmallestH(&look->core->grid);
+  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  PetscReal      v[9] = {0}, sign;
+  PetscInt       d, behind;
+
+  if (look->core->rigids.n || look->scene->forced || !Velocity(look, k, odd, v)) return PETSC_FALSE;
+  d      = Along(grid->dim, v, &sign);
+  behind = sign > 0 ? 0 : 1; /* the side of its face there */
+  if (v[d] == 0 || look->core->params.gravity[d] != 0 || grid->periodic[d] ||
+      look->scene->walls.given[d][!behind].type != MPM_WALL_free)
+    return PETSC_FALSE;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    const PetscReal ahead = sign > 0 ? look->upper[b][d] - look->upper[k][d] : look->lower[k][d] - look->lower[b][d];
+
+    if (b == k) continue;
+    if (ahead > 0 || look->scene->bodies[b].v2 > 0) return PETSC_FALSE; /* it may meet that one */
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  }
+  if (!odd->other[0] && MPMWallHas(look->scene->walls.given[d][behind].type, MPM_WALL_PUSHES))
+    (void)snprintf(odd->other, MPM_WORDS, "the wall %s", MPMFaceNames[2 * d + behind]);
+  odd->ratio = 1;
+  return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gap_bodies(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  if (look->core->contacts || grid->total) return PETSC_FALSE;
+  for (PetscInt other = 0; other < look->scene->nbodies; other++) {
+    const MPMBody *b   = &look->scene->bodies[other];
+    PetscReal      gap = 0;
+
+    if (other == k) continue;
+    for (PetscInt d = 0; d < grid->dim; d++)
+      gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
+                              grid->h[d]);
+    if (!(gap > 0.05 && gap < 1 - 1e-6) || other < k) continue;
+    odd->ratio = gap;
+    (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", look->scene->bodies[k].name);
+    (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gap_wall(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const MPMBody *b    = &look->scene->bodies[k];
+  PetscReal      lower[3], upper[3];
+
+  if (!MPMMaterialKeepsShape(&look->scene->materials[b->material]) || b->v2 > 0 || look->scene->known) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, grid->dim, lower, upper);
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d    = face / 2;
+    const MPMFace  *f    = &look->scene->walls.given[d][face % 2];
+    const PetscReal gap  = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+
+    if (!MPMWallHas(f->type, MPM_WALL_NORMAL) || MPMWallHas(f->type, MPM_WALL_PUSHES | MPM_WALL_MOVES)) continue;
+    if (!b->points && (face % 2 ? upper[d] >= grid->upper[d] : lower[d] <= grid->lower[d])) continue; /* it has a tip there */
+    if (look->core->params.gravity[d] != 0 || !(gap > 0.05)) continue;
+    if (IsAtFace(look, k, d)) continue;
+    odd->ratio = gap;
+    (void)snprintf(odd->other, MPM_WORDS, "-body_%s_shape", b->name);
+    if (odd->ratio < 2 && MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = look->down;
+  const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const MPMWall   type = look->scene->walls.given[d][up].type;
+
+  if (!(look->g > 0) || !MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) || grid->total)
+    return PETSC_FALSE;
+  odd->ratio = (up ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[2 * d + up], "_type", odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  if (!(MPMInitialGravity(look->scene) > 0)) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d   = face / 2;
+    const PetscReal gap = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+
+    if (d == look->down || grid->periodic[d] || gap > 0.3 || look->scene->walls.given[d][face % 2].type != MPM_WALL_free)
+      continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* --- Loads -------------------------------------------------------------------------------------------------------- */
+
+/* Sets how large a load is, Pa, per area of the body if it is a force; and its body's modulus. */
+static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size, PetscReal *modulus)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const PetscInt     b = load->body, dim = look->core->grid.dim;
+  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
+  PetscReal          x[3] = {0}, extent = 0;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    x[d]   = 0.5 * (look->lower[b][d] + look->upper[b][d]);
+    extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
+  }
+  *size = MPMUnlikelySize(look, load->value, load->nc, x);
+  if (MPMLoadIsOnVolume(load))
+    *size /= PetscPowReal(extent, (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
+  *modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
+  (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)*modulus);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal size, modulus;
+
+  if (!Load(look, k, odd, &size, &modulus)) return PETSC_FALSE;
+  odd->ratio = size / modulus;
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal       size, modulus, value;
+  const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
+
+  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size, &modulus) || !(weight > 0))
+    return PETSC_FALSE;
+  odd->ratio = size / weight;
+  value      = strtod(odd->value, NULL);
+  (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
+  MPMUnlikelyWrite(odd->meant, 1000 * (value != 0 ? value : size));
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal size, modulus;
+
+  if (!Load(look, k, odd, &size, &modulus) || !MPMUnlikelyGiven("load", look->scene->loads[k].name, "_value", odd))
+    return PETSC_FALSE;
+  odd->ratio = size / modulus;
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  PetscReal      x[3], was[3] = {0}, most = 0, change[STEPS];
+  PetscInt       n = 0;
+
+  if (look->core->implicit || !(look->dt > 0)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[load->body][d] + look->upper[load->body][d]);
+  for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
+    const PetscReal t  = 0.3 * look->time->end + look->dt * ((PetscReal)j + 0.2 * PetscSqrtReal(1 + (PetscReal)j) / STEPS);
+    PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
+
+    if (MPMExpressionEvaluate(load->value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;
+    for (PetscInt c = 0; c < load->nc; c++) {
+      size2 += value[c] * value[c];
+      moved2 += PetscSqr(value[c] - was[c]);
+      was[c] = value[c];
+    }
+    most = PetscMax(most, PetscSqrtReal(size2));
+    if (j) change[j - 1] = PetscSqrtReal(moved2);
+  }
+  for (PetscInt j = 0; j < STEPS; j++) n += change[j] > 0.5 * most;
+  odd->ratio = (PetscReal)n / STEPS;
+  MPMUnlikelyWrite(odd->other, look->dt);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
+
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  for (PetscInt face = 0; face < 2 * grid->dim && !MPMLoadIsOnVolume(load); face++) {
+    const PetscInt  d   = face / 2;
+    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[load->body][d] : look->lower[load->body][d] - grid->lower[d];
+
+    if (load->sides != (PetscInt)1 << face || !MPMWallHas(look->scene->walls.given[d][face % 2].type, MPM_WALL_TANGENT))
+      continue;
+    if (gap < 0.3 * grid->h[d]) return MPMUnlikelyGiven("load", load->name, "_face", odd);
+  }
+  return PETSC_FALSE;
+}

@@ -1,0 +1,191 @@
+/* unlikely_places.c - the rows of plausible.def of faces, rigid bodies and probes. */
+#include "advice/unlikely.h"
+
+/* --- Faces and rigid bodies --------------------------------------------------------------------------------------- */
+
+/* Writes the fastest wave of a scene. */
+static void WriteWave(const MPMLook *look, MPMOdd *odd)
+{
+  (void)snprintf(odd->other, MPM_WORDS, "%.3g m/s", (double)look->c);
+}
+
+/* Sets the largest speed of the wall of a face, m/s. */
+static PetscBool WallSpeed(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *speed)
+{
+  const MPMFace *f      = &look->scene->walls.given[k / 2][k % 2];
+  const PetscReal x[3]  = {0};
+  PetscReal       size2 = 0;
+
+  if (!MPMWallHas(f->type, MPM_WALL_MOVES)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) size2 += f->velocity[d] * f->velocity[d];
+  *speed = PetscMax(PetscSqrtReal(size2),
+                    MPMUnlikelySize(look, look->scene->wall_velocity[k], look->scene->wall_along[k] ? 1 : look->core->grid.dim, x));
+  WriteWave(look, odd);
+  return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
+}
+
+PetscBool MPMUnlikely_face_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal speed = 0;
+
+  if (!WallSpeed(look, k, odd, &speed)) return PETSC_FALSE;
+  odd->ratio = speed / look->c;
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_face_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal speed = 0;
+
+  if (!WallSpeed(look, k, odd, &speed) || !(speed > 0) || !(look->time->end > 0)) return PETSC_FALSE;
+  odd->ratio = speed * look->time->end / MPMGridSmallestH(&look->core->grid);
+  return PETSC_TRUE;
+}
+
+/* Returns the rigid body k among the shapes, or NULL if that is none. */
+static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
+{
+  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
+
+  return b->rigid == MPM_RIGID_NONE ? NULL : b;
+}
+
+PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = RigidBody(look, k);
+  const MPMMaterial *m = look->scene->materials;
+
+  if (!b || !(b->rho > 0)) return PETSC_FALSE;
+  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
+    if (look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
+  odd->ratio = b->rho / m->rho;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
+  MPMUnlikelyWrite(odd->meant, 1000 * b->rho);
+  return MPMUnlikelyGiven("body", b->name, "_rho", odd);
+}
+
+PetscBool MPMUnlikely_rigid_heavy(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = RigidBody(look, k);
+  const MPMMaterial *m = look->scene->materials;
+
+  if (!b || !(b->rho > 0)) return PETSC_FALSE;
+  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
+    if (look->scene->materials[j].rho > m->rho) m = &look->scene->materials[j];
+  odd->ratio = b->rho / m->rho;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
+  MPMUnlikelyWrite(odd->meant, b->rho / 1000);
+  return MPMUnlikelyGiven("body", b->name, "_rho", odd);
+}
+
+PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = RigidBody(look, k);
+  const MPMMaterial *m = look->scene->materials;
+  MPMRigidMass       mass;
+
+  if (!b || !(b->mass > 0)) return PETSC_FALSE;
+  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
+    if (look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
+  MPMRigidMassOf(&b->region, look->core->grid.dim, look->core->grid.round, &mass);
+  odd->ratio = b->mass / (m->rho * mass.volume);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
+  return MPMUnlikelyGiven("body", b->name, "_mass", odd);
+}
+
+PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b    = RigidBody(look, k);
+  const PetscReal x[3] = {0};
+
+  if (!b || !MPMUnlikelyGiven("body", b->name, "_velocity", odd)) return PETSC_FALSE;
+  odd->ratio = MPMUnlikelySize(look, b->velocity, look->core->grid.dim, x) / look->c;
+  WriteWave(look, odd);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b    = RigidBody(look, k);
+  const PetscReal x[3] = {0};
+  PetscReal       lower[3], upper[3], size = 0, spin;
+
+  if (!b || !MPMUnlikelyGiven("body", b->name, "_spin", odd)) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, 0.5 * (upper[d] - lower[d]));
+  spin       = MPMUnlikelySize(look, b->spin, look->core->grid.dim == 3 ? 3 : 1, x);
+  odd->ratio = spin * size / look->c;
+  WriteWave(look, odd);
+  MPMUnlikelyWrite(odd->meant, spin * PETSC_PI / 30);
+  return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_rigid_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b    = RigidBody(look, k);
+  const PetscReal x[3] = {0};
+  const PetscInt  dim  = look->core->grid.dim;
+  PetscReal       v[9] = {0}, lower[3], upper[3];
+
+  if (!b || b->rigid != MPM_RIGID_MOVING || b->spin || b->tied || !MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
+      strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value) || MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v))
+    return PETSC_FALSE;
+  MPMRegionBounds(&b->region, dim, lower, upper);
+  odd->ratio = 1;
+  for (PetscInt d = 0; d < dim; d++) { /* matter that lies beside it, not behind it, may be what it drags */
+    const PetscReal gap = v[d] > 0 ? lower[d] - look->highest[d] : v[d] < 0 ? look->lowest[d] - upper[d] : PETSC_MAX_REAL;
+
+    if (v[d] != 0 && !(gap > 0.1 * look->core->grid.h[d])) return PETSC_FALSE;
+  }
+  return v[0] != 0 || v[1] != 0 || v[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = RigidBody(look, k);
+  PetscReal      mu;
+
+  if (!b || b->rigid != MPM_RIGID_FREE || !MPMUnlikelyNumber("body", b->name, "_mu", odd, &mu)) return PETSC_FALSE;
+  odd->ratio = 0;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
+    const MPMFace *wall = &look->scene->walls.given[face / 2][face % 2];
+
+    if (wall->type != MPM_WALL_friction || !(PetscAbsReal(wall->mu - mu) > odd->ratio)) continue;
+    odd->ratio = PetscAbsReal(wall->mu - mu);
+    (void)snprintf(odd->other, sizeof odd->other, "-bc_%.8s_mu %g", MPMFaceNames[face], (double)wall->mu);
+  }
+  return PETSC_TRUE;
+}
+
+/* --- Probes ------------------------------------------------------------------------------------------------------- */
+
+PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const MPMProbe *p    = NULL;
+
+  for (PetscInt j = 0; j < look->monitor->measures.nprobes; j++)
+    if (!strcmp(look->monitor->measures.probe[j].name, look->scene->probes[k])) p = &look->monitor->measures.probe[j];
+  if (!p || !p->stays) return PETSC_FALSE;
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    const MPMMaterial *m   = &look->scene->materials[look->scene->bodies[b].material];
+    PetscReal          far = 0;
+    PetscBool          may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
+
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      const PetscReal out = PetscMax(look->lower[b][d] - p->x[d], p->x[d] - look->upper[b][d]);
+
+      far = PetscMax(far, out / grid->h[d]);
+      /* matter comes to what is below it; loose matter runs as far as it is high, water anywhere */
+      if (out > 0 && look->core->params.gravity[d] * (p->x[d] - look->lower[b][d]) > 0) may = PETSC_TRUE;
+      if (m->type->traits & MPM_FLUID && p->x[look->down] < look->upper[b][look->down]) may = PETSC_TRUE;
+      if (m->type->traits & MPM_LOOSE && d != look->down && look->core->params.gravity[look->down] != 0 &&
+          p->x[look->down] < look->upper[b][look->down] &&
+          out < 3 * (look->upper[b][look->down] - look->lower[b][look->down]))
+        may = out > 0 ? PETSC_TRUE : may;
+    }
+    odd->ratio = PetscMin(odd->ratio, may ? 0 : far);
+  }
+  return MPMUnlikelyGiven("probe", p->name, "_at", odd);
+}
