@@ -128,10 +128,10 @@ PetscInt64 MPMRestartKinds(const MPMScene *scene)
 }
 
 /* Returns whether a field that a checkpoint does not have can be made: from the particle as it starts, or since its value
-   at the start is the right one. */
-static PetscBool CanMake(PetscInt field)
+   at the start is the right one. flows: what flows in is at no place at the start. */
+static PetscBool CanMake(PetscBool flows, PetscInt field)
 {
-  return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l) || field == MPM_FIELD_INDEX_C ||
+  return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l && !flows) || field == MPM_FIELD_INDEX_C ||
                  field == MPM_FIELD_INDEX_bar
              ? PETSC_TRUE
              : PETSC_FALSE;
@@ -140,10 +140,12 @@ static PetscBool CanMake(PetscInt field)
 PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 {
   MPMParticles *particles = &c->core->particles;
+  PetscBool     flows     = PETSC_FALSE;
   char          has[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   c->missing = 0;
+  for (PetscInt b = 0; b < c->scene->nfilled; b++) flows = flows || c->scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
   if (c->kinds != MPMRestartKinds(c->scene)) {
     (void)snprintf(c->core->stop, sizeof c->core->stop,
                    "-restart_file %.1000s: its particles have other masses, volumes, numbers or contacts than those of "
@@ -155,7 +157,7 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS && !c->core->stop[0]; f++) {
     if (!particles->present[f] || !MPMCheckpointHasField(f) || MPMListHas(has, MPMFields[f].name)) continue;
     c->missing |= (PetscInt)1 << f;
-    if (!CanMake(f))
+    if (!CanMake(flows, f))
       (void)snprintf(c->core->stop, sizeof c->core->stop,
                      "-restart_file %.1000s: its particles have no %s (%s), which this run needs; let the run before "
                      "have it too, by the options that differ or by -output_fields",
