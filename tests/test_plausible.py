@@ -1,5 +1,5 @@
 """Values that are hardly meant are noted (src/advice/plausible.def, doubtful.txt), and no sensible scene gets a note: those of
-options/, the starter problems of docs/trust.md, and those of the tutorial and the README.
+options/, the starter problems of docs/trust.md, those of the tutorial and the README, and sensible.txt.
 
 usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|sensible
 """
@@ -49,6 +49,21 @@ SCENES = {
 }
 
 
+def rows(name):
+    """The parts of the lines of a file of cases."""
+    with open(os.path.join(check.source, "tests", name), encoding="utf-8") as file:
+        for line in file:
+            if line.strip() and not line.startswith("#"):
+                yield [text.strip() for text in re.split(r"\s::\s", line)]
+
+
+def changed(arguments):
+    """A scene by its name, with the options that follow; none leaves an option out, NONE gives it that value."""
+    scene, *words = shlex.split(arguments)
+    given = {**SCENES[scene], **{key[1:]: value for key, value in zip(words[::2], words[1::2])}}
+    return {key: "none" if value == "NONE" else value for key, value in given.items() if value != "none" or key == "initial_stress"}
+
+
 def dry(given, name):
     words = [word for key, value in given.items() for word in ("-" + key, str(value))]
     return check.pebble(*words, "-dry_run", "-output_dir", "out", "-output_name", name)
@@ -61,19 +76,10 @@ def told(run):
 
 # ---- Values that are hardly meant
 
-def cases():
-    with open(os.path.join(check.source, "tests", "doubtful.txt"), encoding="utf-8") as file:
-        for line in file:
-            if line.strip() and not line.startswith("#"):
-                label, arguments, note = (text.strip() for text in re.split(r"\s::\s", line))
-                yield label, shlex.split(arguments), note
-
-
 def judge(case):
     """What is wrong with a case, or None; and the notes."""
-    label, (scene, *words), note = case
-    given = {**SCENES[scene], **{key[1:]: value for key, value in zip(words[::2], words[1::2])}}
-    run = dry({key: value.lower() if value == "NONE" else value for key, value in given.items() if value != "none" or key == "initial_stress"}, "case")
+    label, arguments, note = case
+    run = dry(changed(arguments), "case")
     found = told(run) + run.lines * bool(run.status)
     if not any(re.fullmatch(note[1:], line) if note[0] == "~" else line == note for line in found):
         return f"{label}: exit status {run.status}, {found}, not {note}", found
@@ -81,14 +87,14 @@ def judge(case):
 
 
 def doubtful():
-    found = check.at_once(judge, cases())
+    found = check.at_once(judge, rows("doubtful.txt"))
     for wrong, _ in found:
         check.fault(wrong)
     lines = [line for _, notes in found for line in notes]
     with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as file:
-        rows = re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', file.read(), re.M)
-    check.need(len(rows) > 40, f"plausible.def has {len(rows)} rows")
-    for name, text in rows:
+        table = re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', file.read(), re.M)
+    check.need(len(table) > 40, f"plausible.def has {len(table)} rows")
+    for name, text in table:
         pattern = ".*".join(map(re.escape, re.split(r"\{\w+\}", text)))
         check.fault(None if any(re.fullmatch(pattern, line) for line in lines) else f"no case prints the row {name}")
     two = check.pebble("-options_file", check.write("two.opts", [f"-{key} \"{value}\"" for key, value in {**SCENES["soil"], "material_m_cohesion": 9.81}.items()]),
@@ -102,6 +108,8 @@ def scenes():
     """Name and options of each."""
     for name, given in SCENES.items():
         yield name, [word for key, value in given.items() for word in ("-" + key, str(value))]
+    for label, arguments in rows("sensible.txt"):
+        yield label, [word for key, value in changed(arguments).items() for word in ("-" + key, str(value))]
     for path in sorted(glob.glob(os.path.join(check.source, "options", "*.opts"))):
         yield os.path.basename(path), ["-options_file", path]
     sys.path[:0] = [os.path.join(check.source, "tools", "trust")]
@@ -135,5 +143,5 @@ else:
     found = check.at_once(silent, scenes())
     for wrong in found:
         check.fault(wrong)
-    check.that(len(found) > 80, f"{len(found)} sensible scenes get no note")
+    check.that(len(found) > 120, f"{len(found)} sensible scenes get no note")
 check.end()

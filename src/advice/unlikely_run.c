@@ -43,7 +43,7 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
                          : look->g < 0.1                     ? look->g * 1000
                                                              : 0;
 
-  if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_most) return PETSC_FALSE;
+  if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
   odd->ratio = 1;
