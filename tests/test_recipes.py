@@ -274,7 +274,7 @@ static PetscErrorCode WarnTall(const MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-"""), ("src/advice/doubts.c", "  PetscCall(WarnFall(core, scene));", """\
+"""), ("src/advice/doubts.c", "  if (shift > MPM_BOUND_shift_warned)", """\
   PetscCall(WarnTall(core));
 """)]
 

@@ -217,6 +217,11 @@ def check_separate():
     below = 0.02 + u[rows, 1].min()
     check.that(abs(hold[2] - 2 * hold[1]) < 1e-3 and hold[-1] > 10 * hold[1] + 0.1 and abs(below) < 0.004,  # the corner that xmin holds counts to ymin
                f"a beam 2 cm above the floor: the floor carries {hold[1]:.3f}, {hold[2]:.3f} ... {hold[-1]:.3f} N; in the end the beam's foot is {1e3 * below:.2f} mm above it")
+    ball = run("ball", ["-geometry axisymmetric", "-grid_lower 0,0", "-grid_upper 1.25,1", "-grid_h 0.0625,0.0625", "-bc_xmin_type slip", "-bc_ymin_type separate",
+                        "-bc_ymax_type moving", "-bc_ymax_velocity 0,-0.02", *body("expression", E=1000, rho=1, expression='"1-x^2-(y-1)^2"', lower="0,0", upper="1,1"), "-time_end 1",
+                        "-history_walls ymin", "-history_every 0.1"])
+    force = check.history("ball/ball.csv")["reaction_ymin_y"][-1]
+    check.that(abs(force / (4 / 3 * 1000 / 0.91 * 0.02**1.5) - 1) < 0.08 and newton(ball) < 60, f"a ball pressed on the floor by 0.02 of its radius: {force:.3f} N, Hertz {4 / 3 * 1000 / 0.91 * 0.02**1.5:.3f} N; {newton(ball)} Newton iterations")
     through = run("through", ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-grid_upper 4.5,3", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
                               *body("box", E="300", rho=1, lower="0,1", upper="4,2")], *QUIET, status=3)
     check.that("b has met its wall ymin (separate)" in through.said, f"a body that comes from afar is told: {through.err.strip()[-200:]}")
@@ -259,6 +264,39 @@ def check_inertia():
     check.that(abs(last["reaction_ymin_y"][-1] / 1000 - 1) < 1e-5 and abs(ground) < 5e-3, f"when it has landed, the floor carries {last['reaction_ymin_y'][-1]:.4f} N of its weight of 1000 N, and it stands {1e3 * ground:.2f} mm above it")
     far = run("far", swing, "-method_time", "euler", "-dt_size", 1, "-gravity", "0,-1e5", "-dt_retry", 1, *QUIET, status=3)
     check.that("no solution of the step was found" in far.said, "a step that has no solution is told")
+
+
+def check_start():
+    """Explicit runs that start from the state of a static one, in both frames: a slope that is at rest stays so, but for what the springs of
+    weak nodes held; one whose crest is loaded then fails. What may not change is refused."""
+    slope = ["-grid_lower 0,0", "-grid_upper 35,16.25", "-grid_h 0.625,0.625", "-gravity 0,-10", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",
+             *body("polygon", vertices='"0,0 35,0 35,5 25,5 15,15 0,15"', law="druckerprager", E="1e8", rho=2000), "-material_m_fit plane_strain", "-material_m_cohesion 20e3",
+             "-material_m_friction_angle 20", "-material_m_dilation_angle 0", "-gravity_ramp 0.5", "-time_end 1", "-dt_size 0.1", "-loads crest", "-load_crest_body b",
+             "-load_crest_type pressure", "-load_crest_face ymax", "-load_crest_value 0*t", "-checkpoint_every 1"]
+    weight, files = 2000 * 10 * (35 * 5 + 15 * 10 + 50), {}
+    for factor, most in ((1e-3, 6e-5), (1e-5, 1e-6)):
+        name = f"slope{factor:g}"
+        run(name, slope, "-method_stabilize_factor", factor)
+        files[factor] = f"{name}/{name}-checkpoint-1.h5"
+        idle = run("idle", slope, "-method_stabilize_factor", factor, "-time_end", 1.1, "-restart_file", files[factor], "-snes_monitor", *QUIET[:2])
+        force = float(re.search(r"0 SNES Function norm (\S+)", idle.out)[1])
+        check.that(force < most * weight, f"springs of {factor:g}: in the next step {force / weight:.2g} of the weight are out of balance, the norm of all nodes")
+    for frame, name, more, most in (("total", "rests", (), 1e-6), ("updated", "moves", ("-method_preset", "balanced"), 1e-4)):
+        go = ("-method_time", "explicit", "-method_frame", frame, *more, "-dt_size", "auto", "-restart_file", files[1e-5])
+        run(name, slope, *go, "-time_end", 1.3, "-history_every", 0)
+        last = check.history(f"{name}/{name}.csv")
+        share = last["kinetic_energy"].max() / last["strain_energy"][0]
+        off = np.abs(last["energy_residual"] - last["energy_residual"][0]).max() / last["strain_energy"][0]
+        check.that(share < most and off < (3e-4 if frame == "total" else 3e-3), f"{frame} frame, explicit: kinetic energy up to {share:.2g} of the strain energy, {off:.2g} of it is missing")
+    fails = ("-method_time", "explicit", "-method_preset", "balanced", "-dt_size", "auto", "-restart_file", files[1e-5])
+    digests = {run(f"fails{n}", slope, *fails, "-load_crest_value", "6e5*(X<15)*(X>7)*min(1,5*(t-1))", "-time_end", 1.6, "-check_parting", "warn", n=n).digest for n in (1, 2)}
+    x, u = moved("fails1")
+    check.that(len(digests) == 1 and np.abs(u).max() > 0.5, f"with a load on its crest it moves by up to {np.abs(u).max():.2f} m; on 1 and 2 processes {digests}")
+    for options, line, status in ((("-grid_h", "1.25,1.25"), "-grid_h is 0.625,0.625 in the checkpoint", 2), (("-method_basis", "gimp", "-method_gimp_update", "stretch"), "-method_gimp_update is", 2),
+                                  (("-method_preset", "solid", "-method_basis", "linear"), "in the total frame the state is on the nodes of the basis", 2),
+                                  (("-method_basis", "linear", "-method_update", "musl", "-method_transfer", "flip"), "its particles have other masses, volumes", 3)):
+        told = run("refused", slope, *fails, *options, "-time_end", 2, *QUIET, status=status)
+        check.that(line in told.said, f"{options}: {told.err.strip()[-160:]}")
 
 
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",

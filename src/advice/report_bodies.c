@@ -159,6 +159,15 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
     PetscCall(MPMPrint(&core->print, ", %" PetscInt64_FMT " particles, %.6g kg, %.6g m^3%s\n", n[b], (double)mass,
                        (double)volume, core->grid.round ? " in full turns" : per[core->grid.dim - 1]));
   }
+  for (PetscInt b = 0; b < shown; b++) {
+    const MPMSource *s = &scene->bodies[b].source;
+
+    if (s->on)
+      PetscCall(MPMPrint(&core->print,
+                         "source     %s: %" PetscInt64_FMT " particles flow in at %c = %g m from t=%g to %g s, with %g m/s\n",
+                         scene->bodies[b].name, scene->bodies[b].n, "xyz"[s->axis], (double)s->front, (double)s->from,
+                         (double)s->to, (double)s->speed));
+  }
   if (shown < scene->nbodies)
     PetscCall(MPMPrint(&core->print,
                        "body       and %" PetscInt_FMT " more bodies with %" PetscInt64_FMT " particles together\n",

@@ -129,7 +129,7 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
   n[OF_run]      = 1;
   for (int of = 0; of < NUM_OF; of++)
     for (PetscInt k = 0; k < n[of]; k++)
-      if (of != OF_body || !scene->bodies[k].removed) PetscCall(Tell(&look, of, k));
+      if (of != OF_body || !(scene->bodies[k].removed || scene->bodies[k].source.on)) PetscCall(Tell(&look, of, k));
   PetscCall(PetscFree2(look.lower, look.upper));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,6 +12,8 @@ typedef struct {
   PetscInt   dim, n, capacity;        /* n: particles of this process; capacity: length of scratch fields and order */
   PetscInt64 total;                   /* particles of the whole scene, on all processes */
   PetscInt64 born;                    /* particles at the start of the run: ids are below this number */
+  PetscInt64 waiting;                 /* of these, those that have not flowed in yet */
+  PetscBool  flows;                   /* there are bodies that flow in */
   PetscInt64 removed;                 /* of these, those that left with their bodies at restarts (-remove) */
   PetscInt64 ids;                     /* the fingerprint of all particles of the scene; 0 before the first check */
   PetscReal  scattered;               /* changes of cell since the storage was put in order */

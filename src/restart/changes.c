@@ -43,10 +43,13 @@ static PetscBool SameValue(const char a[], const char b[])
 }
 
 /* Returns why an option whose name may change may not change from one value to the other, or NULL. */
-static const char *Never(const char row[], const char was[], const char is[])
+static const char *Never(const MPMCheckpoint *c, const char row[], const char was[], const char is[])
 {
   static const char *const lasting[] = {"periodic", "piston"};
 
+  if (c->was_implicit && !c->core->implicit && (!strcmp(row, "method_frame") || !strcmp(row, "method_preset"))) return NULL;
+  if (c->core->grid.total && (!strcmp(row, "method_basis") || !strcmp(row, "method_wall_basis")))
+    return "; in the total frame the state is on the nodes of the basis";
   if (!strcmp(row, "method_time") && !strcasecmp(is, "static"))
     return "; a motion cannot become statics, only statics a motion";
   for (size_t k = 0; k < 2 && !strcmp(row, "bc_<f>_type"); k++)
@@ -63,14 +66,11 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
   char               *text = c->differ;
   const size_t        n    = strlen(text);
   const char         *why;
-  char                time[MPM_TEXT_LEN];
 
   if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
-  if (!was && !strcmp(row->name, "method_frame") && MPMOptionsFindIn(c->options, "-method_time", time) &&
-      !strcasecmp(time, "static"))
-    was = "total"; /* statics are in it */
+  if (!was && !strcmp(row->name, "method_frame") && c->was_implicit) was = "total"; /* they are in it */
   if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
-  why = Never(row->name, was ? was : row->fallback, is ? is : row->fallback);
+  why = Never(c, row->name, was ? was : row->fallback, is ? is : row->fallback);
   if (why)
     MPMOptionsFail(o, "%s%.500s%s%.100s %s%.200s %s and %s%.200s in this %s; it may not change%s",
                    c->from[0] ? "-restart_file " : "", c->from, c->from[0] ? ": " : "", name,
@@ -86,7 +86,7 @@ static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const cha
     (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
                    is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
   if (ActsOf(row->name) == MPM_ACTS) c->changed = PETSC_TRUE;
-  if (!strcmp(row->name, "method_time")) c->was_static = PETSC_TRUE;
+  if (!strcmp(row->name, "method_time") && was && !strcasecmp(was, "static")) c->was_static = PETSC_TRUE;
 }
 
 PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
@@ -96,6 +96,7 @@ PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
   char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  if (MPMOptionsFindIn(c->options, "-method_time", value) && strcasecmp(value, "explicit")) c->was_implicit = PETSC_TRUE;
   PetscCall(MPMOptionsText(&given));
   PetscCall(MPMStagesOptions(given, c->core->stages.now, &here));
   PetscCall(PetscFree(given));
@@ -127,10 +128,10 @@ PetscInt64 MPMRestartKinds(const MPMScene *scene)
 }
 
 /* Returns whether a field that a checkpoint does not have can be made: from the particle as it starts, or since its value
-   at the start is the right one. */
-static PetscBool CanMake(PetscInt field)
+   at the start is the right one. flows: what flows in is at no place at the start. */
+static PetscBool CanMake(PetscBool flows, PetscInt field)
 {
-  return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l) || field == MPM_FIELD_INDEX_C ||
+  return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l && !flows) || field == MPM_FIELD_INDEX_C ||
                  field == MPM_FIELD_INDEX_bar
              ? PETSC_TRUE
              : PETSC_FALSE;
@@ -139,10 +140,12 @@ static PetscBool CanMake(PetscInt field)
 PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 {
   MPMParticles *particles = &c->core->particles;
+  PetscBool     flows     = PETSC_FALSE;
   char          has[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   c->missing = 0;
+  for (PetscInt b = 0; b < c->scene->nfilled; b++) flows = flows || c->scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
   if (c->kinds != MPMRestartKinds(c->scene)) {
     (void)snprintf(c->core->stop, sizeof c->core->stop,
                    "-restart_file %.1000s: its particles have other masses, volumes, numbers or contacts than those of "
@@ -154,7 +157,7 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS && !c->core->stop[0]; f++) {
     if (!particles->present[f] || !MPMCheckpointHasField(f) || MPMListHas(has, MPMFields[f].name)) continue;
     c->missing |= (PetscInt)1 << f;
-    if (!CanMake(f))
+    if (!CanMake(flows, f))
       (void)snprintf(c->core->stop, sizeof c->core->stop,
                      "-restart_file %.1000s: its particles have no %s (%s), which this run needs; let the run before "
                      "have it too, by the options that differ or by -output_fields",

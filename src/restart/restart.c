@@ -217,11 +217,11 @@ static PetscErrorCode Change(MPMCheckpoint *c, const MPMStatus *bound)
     PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(v), &view));
     PetscCall(PetscArrayzero(view.v, view.n * core->grid.dim));
     PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(v), &view));
-    MPMTotalScale(core, 0);
-    core->damping.rest = PETSC_TRUE; /* the next kick is half of a step */
-    core->status.v2    = 0;
+    if (core->grid.total) MPMTotalScale(core, 0);
+    core->status.v2 = 0;
     PetscCall(MPMTotalsCompute(c->scene, core, &c->monitor->now));
   }
+  if (c->was_implicit) core->damping.rest = PETSC_TRUE; /* the next kick is half of a step */
   MPMRestartBalance(c, &c->monitor->now);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -244,6 +244,8 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   out->count = c->snapshots;
   MPMCheckpointTotals(totals);
   c->list(c->run, &kept);
+  for (PetscInt k = 0; k < kept.n && c->was_implicit && !core->implicit; k++) /* what only the other frame has */
+    if (!kept.row[k].n) kept.row[k].at = NULL;
   PetscCall(MPMCheckpointRead(c->from, core->exchange.data, &kept, fault));
   if (!fault[0] && strcmp(totals, c->totals))
     (void)snprintf(fault, sizeof fault, "cannot go on from %.1000s: another version of pebble wrote it", c->from);

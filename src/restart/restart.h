@@ -36,7 +36,7 @@ typedef struct {
      options that differ, whether any of them acts on the state, and whether statics become a motion; the fields of
      particles that it does not have (bits). */
   PetscReal history_was, output_was;
-  PetscBool own, changed, was_static;
+  PetscBool own, changed, was_static, was_implicit;
   PetscInt  stage; /* of a run in stages: the one that the file is of, and when it began, s */
   PetscReal began;
   PetscBool follows, other; /* the file is to be of the stage before; it is of another one than this run, and not read */

@@ -113,6 +113,7 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
    they are removed; sets the rows LOST of totals. The second is collective on the exchange. */
 PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
 PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
+PetscErrorCode MPMLostEnter(const MPMScene *, MPMCore *, PetscInt first); /* takes off what particles from `first` on bring, which flow in */
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);

@@ -21,28 +21,45 @@ _Static_assert(0
 #undef MPM_STATIC_QUANTITY
 #undef MPM_ASKED_QUANTITY
 
-PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
+/* Adds to core->lost, times `sign`, the quantities of particles here: of those that are outside the grid or, with first not
+   below 0, of all from that number on. */
+static PetscErrorCode Add(const MPMScene *scene, MPMCore *core, PetscInt first, PetscReal sign)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell) |
                           MPMDiagnosticReads(0, core);
   const MPMShown shown = {core, scene, NULL, NULL, NULL};
   MPMSum        *sum   = core->lost;
   MPMView        view;
-  MPMSelected    gone;
+  MPMSelected    some;
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  PetscCall(MPMSelectedCreate(&gone, &view));
+  PetscCall(MPMSelectedCreate(&some, &view));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     if (!(MPMDiagnostics[k].uses & MPM_SHOW_LOST)) continue;
-    gone.n = 0;
-    for (PetscInt p = 0; p < view.n; p++)
-      if (view.cell[p] == MPM_NOWHERE) MPMSelectedAdd(&gone, p, k == MPM_SHOWS_lost_mass_time ? core->kicked : 1);
-    PetscCall(MPMSelectedSum(&gone, &shown, &view, MPMDiagnostics[k].of, sum, NULL, NULL));
+    some.n = 0;
+    for (PetscInt p = PetscMax(0, first); p < view.n; p++)
+      if (first >= 0 || view.cell[p] == MPM_NOWHERE)
+        MPMSelectedAdd(&some, p, sign * (k == MPM_SHOWS_lost_mass_time ? core->kicked : 1));
+    PetscCall(MPMSelectedSum(&some, &shown, &view, MPMDiagnostics[k].of, sum, NULL, NULL));
     sum += MPMDiagnostics[k].nc;
   }
-  PetscCall(MPMSelectedDestroy(&gone));
+  PetscCall(MPMSelectedDestroy(&some));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Add(scene, core, -1, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMLostEnter(const MPMScene *scene, MPMCore *core, PetscInt first)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Add(scene, core, first, -1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,7 +69,7 @@ PetscErrorCode MPMLostTotals(const MPMCore *core, MPMTotals *totals)
   PetscInt n = 0;
 
   PetscFunctionBeginUser;
-  if (core->particles.total == core->particles.born) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->particles.total == core->particles.born && !core->particles.flows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArraycpy(sum, core->lost, MPM_NUM_LOST));
   PetscCall(MPMSumReduce(sum, MPM_NUM_LOST, core->exchange.data));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)

@@ -3,7 +3,9 @@
    and made again with half the time step. Every decision follows from the reduced status and from exact sums, so all
    processes, of any number, decide the same. */
 #include "base/signals.h"
+#include "parallel/exchange.h"
 #include "run/mpm.h"
+#include "scene/source.h"
 #include "step/static.h"
 
 /* Reads -check_state, -dt_retry, -dt_max_growth and -particles_leave; faults are left in o. Not collective. */
@@ -218,6 +220,29 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Lets matter flow in that has come to the front of its source. The next step is as short as it needs. Collective on the
+   exchange. */
+static PetscErrorCode Enter(MPM mpm)
+{
+  MPMCore  *core = &mpm->core;
+  MPMStatus was;
+  PetscInt  first;
+  PetscBool any;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMSourcesEnter(&mpm->scene, core, &first, &any));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMLostEnter(&mpm->scene, core, first));
+  PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+  PetscCall(MPMContactsSettle(core));
+  was = core->status;
+  PetscCall(MPMStepBound(core));
+  was.v2       = PetscMax(was.v2, core->status.v2);
+  was.c2       = PetscMax(was.c2, core->status.c2);
+  core->status = was;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Ends a step whose state is valid: particles outside the grid are counted, the first one is named, and they are removed
    when the step is settled. Collective on the exchange. */
 static PetscErrorCode End(MPM mpm)
@@ -228,13 +253,14 @@ static PetscErrorCode End(MPM mpm)
   PetscFunctionBeginUser;
   if (core->status.bad == MPM_GONE) {
     NameParticle(mpm, who, at);
-    if (core->particles.total == core->particles.born) {
+    if (core->particles.total + core->particles.waiting == core->particles.born) {
       PetscCall(MPMWarn(&core->print, "%s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)",
                         who, (double)core->t, at));
     }
     PetscCall(MPMLostAdd(&mpm->scene, core));
   }
   PetscCall(MPMStepSettle(core));
+  if (core->particles.waiting) PetscCall(Enter(mpm));
   if (!core->particles.total)
     (void)snprintf(core->stop, sizeof core->stop,
                    "no particle is left in the grid, the last one was %s, which left to %s", who, at);
@@ -273,9 +299,14 @@ static PetscErrorCode PrintLost(MPM mpm)
 {
   const MPMParticles *particles = &mpm->core.particles;
   const MPMTotals    *now       = &mpm->monitor.now;
+  const PetscInt64    left      = particles->born - particles->waiting - particles->total;
 
   PetscFunctionBeginUser;
-  if (particles->total == particles->born) PetscFunctionReturn(PETSC_SUCCESS);
+  if (particles->flows)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "sources    %" PetscInt64_FMT " particles have not flowed in yet; what flowed in, less what left, is %.3g kg\n",
+                       particles->waiting, -(double)now->sum[MPM_SHOWS_lost_mass][0]));
+  if (!left || particles->flows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print,
                      "lost       %" PetscInt64_FMT " of %" PetscInt64_FMT
                      " particles %s, with %.3g of %.3g kg, momentum (",

@@ -2,6 +2,7 @@
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "run/mpm.h"
+#include "scene/source.h"
 #include "step/static.h"
 
 #define MANY 2000000 /* particles: a set-up of so many says what it has done */
@@ -217,9 +218,11 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(MPMContactsSettle(core));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
+    if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
     if (core->implicit) PetscCall(MPMStaticCreate(core));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
+    if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
     if (!core->implicit) PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));

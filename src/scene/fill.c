@@ -9,6 +9,7 @@
 #include "scene/kinds.h"
 #include "scene/lattice.h"
 #include "scene/rim.h"
+#include "scene/source.h"
 
 #define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
@@ -105,12 +106,14 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
   PetscReal      lower[3], upper[3], product = 1;
   char           hint[3 * MPM_NAME_LEN] = "";
 
+  for (PetscInt d = 0; d < grid->dim; d++) b->b[d] = grid->h[d] / b->ppc[d];
+  if (b->source.on) MPMSourceExtend(b);
   MPMRegionBounds(&b->region, grid->dim, lower, upper);
   for (PetscInt d = 0; d < grid->dim; d++) {
-    b->b[d] = grid->h[d] / b->ppc[d];
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
     MPMFitPlace(b, upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d]), hint, sizeof hint);
     if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
+    if (b->source.on && d == b->source.axis) continue;
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
@@ -175,7 +178,7 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
         MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, place);
         parts = MPMCut(b, w.dim, place, X);
         PetscCall(MPMCutNote(scene, core, b, place, parts, X));
-        PetscCall(MPMFillCheck(scene, core, o, b, place, X));
+        if (!b->source.on) PetscCall(MPMFillCheck(scene, core, o, b, place, X));
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));
@@ -187,21 +190,6 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->behind, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Refuses a body without particles. */
-static void RefuseEmpty(MPMOptions o, const MPMGrid *grid, const MPMBody *b)
-{
-  const PetscReal volume = MPMFitVolume(b, grid->dim);
-  char            why[MPM_TEXT_LEN];
-
-  if (!(volume > 0)) {
-    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s; see -body_%s_shape", b->name,
-                   b->region.others ? ", once others have cut it" : "", b->name);
-    return;
-  }
-  MPMFitTell(b, grid, volume, why);
-  MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it; %.1500s", b->name, why);
 }
 
 /* Counts and numbers the particles without making them, finds their kinds, and checks what can be wrong. The first
@@ -242,7 +230,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
-    if (!b->n) RefuseEmpty(o, &core->grid, b);
+    if (!b->n) MPMFitRefuse(o, &core->grid, b);
     if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given && !b->memo));
     if (!core->grid.round) FindKind(scene, o, dim, b);
   }
@@ -317,6 +305,7 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
     PetscReal  X[3], x[3], l[3], xi[3];
     PetscInt   base[3] = {0}, *bases;
 
+    if (w.body->source.on) continue;
     PetscCall(LastBases(scene, core, &w, &bases));
     while (MPMLatticeNext(&w))
       for (PetscInt64 q = 0, same; q < w.n; q += same) {
@@ -424,7 +413,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
       PetscReal  place[3], X[3], x[3], l[3];
       PetscInt   base[3] = {0}, parts;
 
-      if (!OwnPlaces(scene, core, &w, lo, hi)) continue;
+      if (w.body->source.on || !OwnPlaces(scene, core, &w, lo, hi)) continue;
       for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* its rows follow each other */
         const PetscInt64 from[3] = {plane, lo[1]}, to[3] = {dim == 3 ? plane : hi[0], hi[1]};
 

@@ -91,6 +91,20 @@ void MPMFitTell(const MPMBody *b, const MPMGrid *grid, PetscReal volume, char te
     (void)snprintf(text + n - 1, MPM_TEXT_LEN - n + 1, ",%" PetscInt_FMT ")", ppc);
 }
 
+void MPMFitRefuse(MPMOptions o, const MPMGrid *grid, const MPMBody *b)
+{
+  const PetscReal volume = MPMFitVolume(b, grid->dim);
+  char            why[MPM_TEXT_LEN];
+
+  if (!(volume > 0)) {
+    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s; see -body_%s_shape", b->name,
+                   b->region.others ? ", once others have cut it" : "", b->name);
+    return;
+  }
+  MPMFitTell(b, grid, volume, why);
+  MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it; %.1500s", b->name, why);
+}
+
 void MPMFitPlace(const MPMBody *b, PetscBool huge, char text[], size_t len)
 {
   const char *first = MPMRegionParameters[b->region.type];

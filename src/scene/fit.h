@@ -10,6 +10,8 @@
 PetscReal MPMFitVolume(const MPMBody *, PetscInt dim);
 void      MPMFitTell(const MPMBody *, const MPMGrid *, PetscReal volume, char text[MPM_TEXT_LEN]);
 
+/* Refuses a body that has no particles, and says why it has none. Not collective. */
+void MPMFitRefuse(MPMOptions, const MPMGrid *, const MPMBody *);
 /* Writes what places a body, and what to do if it is far too large for the grid. */
 void MPMFitPlace(const MPMBody *, PetscBool huge, char text[], size_t len);
 

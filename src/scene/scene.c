@@ -3,6 +3,7 @@
    step. */
 #include <strings.h>
 #include "base/checksum.h"
+#include "scene/source.h"
 #include "scene/cut.h"
 #include "scene/points.h"
 #include "scene/shapes.h"
@@ -349,6 +350,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSourcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o) && core->grid.round) PetscCall(MPMSceneCheckRound(scene, core, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

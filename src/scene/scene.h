@@ -19,11 +19,20 @@ typedef struct _MPMCutMemo MPMCutMemo;
 /* Is a body matter, or does it move as a whole: not, by formulas of t, or as the matter and walls make it? */
 typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
 
+/* A body that flows in (source.c): the axis and velocity along it, m/s; where its front is, m; from when to when, s; layers of
+   its lattice that enter in this time, and that have entered. */
+typedef struct {
+  PetscBool on;
+  PetscInt  axis, layers, entered;
+  PetscReal speed, front, from, to;
+} MPMSource;
+
 /* A body: where its particles start, of what, how fast. */
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
+  MPMSource     source;                 /* does it flow in? */
   PetscBool     removed;                /* it has left at a restart (-remove) */
   PetscBool     alone;                  /* a shape that cuts others, of material none, or rigid; it has no particles */
   PetscInt      copy;                   /* of the grid's nodes that its particles use */

@@ -3,6 +3,7 @@
    energy it says since when the bodies are at rest. It changes no state, and all its results are maxima, which have the
    same bits on any number of processes. */
 #include "parallel/exchange.h"
+#include "step/static.h"
 #include "step/step.h"
 
 PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
@@ -13,8 +14,12 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
   PetscFunctionBeginUser;
   r->since = -1;
   if (core->implicit) {
-    PetscCall(MPMOptionsRefuse(o, "history_rest", "false", "-method_time static", "each step ends at rest"));
-    PetscCall(MPMOptionsRefuse(o, "time_rest", "0", "-method_time static", "each step ends at rest"));
+    const PetscBool moves = core->implicit->inertia;
+    const char     *by = moves ? "-method_time euler or newmark" : "-method_time static";
+    const char     *why = moves ? "rest is looked for in explicit steps; static finds it" : "each step ends at rest";
+
+    PetscCall(MPMOptionsRefuse(o, "history_rest", "false", by, why));
+    PetscCall(MPMOptionsRefuse(o, "time_rest", "0", by, why));
   }
   PetscCall(MPMOptionsBool(o, "history_rest", NULL, &r->shown));
   PetscCall(MPMOptionsReal(o, "time_rest", NULL, &r->limit, NULL));

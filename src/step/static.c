@@ -266,6 +266,7 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   if (!moves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
+  PetscCall(MPMStaticPress(s, s->r));
   PetscCall(VecScale(s->r, -1));
   PetscCall(VecCopy(s->was, s->work));
   PetscCall(VecGetArray(s->work, &u));
@@ -276,6 +277,7 @@ static PetscErrorCode Predict(struct MPMStatic *s)
   PetscCall(KSPSetOperators(ksp, s->K, s->K));
   PetscCall(KSPSolve(ksp, s->r, s->work));
   PetscCall(VecAXPY(s->u, 1, s->work));
+  PetscCall(MPMStaticPress(s, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,6 +292,7 @@ static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPReset(ksp)); /* so that a step depends on nothing but its state, and a restart has the same bits */
   PetscCall(Predict(s));
+  if (s->bound[0]) PetscCall(KSPReset(ksp)); /* the variational inequality solves for fewer unknowns */
   PetscCall(SNESSolve(s->snes, NULL, s->u));
   PetscCall(SNESGetConvergedReason(s->snes, reason));
   PetscCall(SNESGetIterationNumber(s->snes, &newton));

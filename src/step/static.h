@@ -23,6 +23,7 @@ struct MPMStatic {
   PetscInt  *at;    /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */
   DM         numbers; /* the nodes of the grid, one number each, with ghosts on both sides */
   PetscInt   lo[3], wide[3]; /* the box of nodes that `at` covers */
+  PetscBool *pressed; /* [n][dim] is it held for now (MPMStaticPress)? NULL: no wall pushes */
   PetscBool *held;  /* [n][dim] does a wall hold it? */
   PetscReal *known; /* [n][dim] where a wall holds it at the end of the step, m */
   Vec        bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
@@ -88,8 +89,10 @@ PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
 PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
 
 /* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the forces of
-   these on nodes, p, from the residual r. Collective on exchange.data. */
+   these on nodes, p, from the residual r. Press holds nodes that are at their bounds and pressed on them by r, which becomes 0 there; with r
+   NULL it lets them go. Collective on exchange.data. */
 PetscErrorCode MPMStaticHold(struct MPMStatic *);
+PetscErrorCode MPMStaticPress(struct MPMStatic *, Vec r);
 PetscErrorCode MPMStaticPush(struct MPMStatic *, Vec r);
 
 /* Inertia (static_inertia.c). Mass makes the matrix and vectors. InertiaBegin finds the velocities and forces as the step begins, and

@@ -71,6 +71,7 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(PetscFree(s->node));
   PetscCall(PetscFree(s->at));
   PetscCall(PetscFree(s->held));
+  PetscCall(PetscFree(s->pressed));
   PetscCall(PetscFree(s->known));
   PetscCall(PetscFree(core->implicit));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,6 +137,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
   if (s->ghost > 0) PetscCall(MPMStaticStabilise(s));
   if (s->inertia) PetscCall(MPMStaticMass(s));
+  if (core->gaps) PetscCall(PetscCalloc1(PetscMax(1, s->n * core->grid.dim), &s->pressed));
   for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -161,6 +163,18 @@ PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds to *bytes what a matrix takes on all processes: a number and a column for each entry. */
+static PetscErrorCode AddBytes(Mat A, PetscReal *bytes)
+{
+  MatInfo info;
+
+  PetscFunctionBeginUser;
+  if (!A) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
+  *bytes += PetscMax(info.nz_allocated, info.nz_used) * (sizeof(PetscScalar) + sizeof(PetscInt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMStaticPrint(const MPMCore *core)
 {
   const struct MPMStatic *s = core->implicit;
@@ -172,8 +186,12 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   SNESType                type;
   SNESLineSearch          search;
   SNESLineSearchType      how;
+  PetscReal               bytes = 0;
 
   PetscFunctionBeginUser;
+  PetscCall(AddBytes(s->K, &bytes));
+  PetscCall(AddBytes(s->ghosts, &bytes));
+  PetscCall(AddBytes(s->M, &bytes));
   PetscCall(VecGetSize(s->u, &n));
   PetscCall(SNESGetType(s->snes, &type));
   PetscCall(SNESGetLineSearch(s->snes, &search));
@@ -183,21 +201,36 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &with));
   PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns; snes %s with line search %s, ksp %s, pc %s; the same bits each time on "
+                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB; snes %s with line search %s, ksp %s, pc %s; the same bits each time on "
                      "as many processes\n",
-                     n, type, how, linear, with));
+                     n, (double)(bytes / 1e6), type, how, linear, with));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStaticReport(const MPMCore *core)
 {
   const struct MPMStatic *s = core->implicit;
+  PetscReal               bytes = 0;
+  PetscBool               lu, solved;
+  char                    factors[MPM_NAME_LEN] = "";
+  KSP                     ksp;
+  PC                      pc;
+  Mat                     F;
 
   PetscFunctionBeginUser;
   if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCLU, &lu));
+  PetscCall(KSPGetOperatorsSet(ksp, &solved, NULL)); /* not if the last solve found a bad state at once */
+  if (lu && solved) {
+    PetscCall(PCFactorGetMatrix(pc, &F));
+    PetscCall(AddBytes(F, &bytes));
+    (void)snprintf(factors, sizeof factors, "; factors of %.3g MB", (double)(bytes / 1e6));
+  }
   PetscCall(MPMPrint(&core->print,
                      "%-10s %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no %s, with %" PetscInt_FMT
-                     " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces\n",
-                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0)));
+                     " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces%s\n",
+                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), factors));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -56,6 +56,32 @@ PetscErrorCode MPMStaticHold(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMStaticPress(struct MPMStatic *s, Vec r)
+{
+  const PetscScalar *bound[2], *u;
+  PetscScalar       *force;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < s->n * s->core->grid.dim && s->pressed; k++) {
+    if (s->pressed[k]) s->held[k] = PETSC_FALSE;
+    s->pressed[k] = PETSC_FALSE;
+  }
+  if (!s->pressed || !r) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt side = 0; side < 2; side++) PetscCall(VecGetArrayRead(s->bound[side], &bound[side]));
+  PetscCall(VecGetArrayRead(s->u, &u));
+  PetscCall(VecGetArray(r, &force));
+  for (PetscInt k = 0; k < s->n * s->core->grid.dim; k++) {
+    if (!(u[k] <= bound[0][k] && force[k] > 0) && !(u[k] >= bound[1][k] && force[k] < 0)) continue;
+    s->held[k] = s->pressed[k] = PETSC_TRUE;
+    s->known[k] = u[k];
+    force[k]    = 0;
+  }
+  PetscCall(VecRestoreArray(r, &force));
+  PetscCall(VecRestoreArrayRead(s->u, &u));
+  for (PetscInt side = 0; side < 2; side++) PetscCall(VecRestoreArrayRead(s->bound[side], &bound[side]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMStaticPush(struct MPMStatic *s, Vec r)
 {
   MPMCore           *core = s->core;

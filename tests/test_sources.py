@@ -1,0 +1,135 @@
+"""Matter that flows in: its mass, momentum and energy are counted, with the same bits on any number of processes, after a restart
+and in a stage; what a source cannot be is refused.
+
+usage: test_sources.py PEBBLE SOURCE MPIEXEC
+"""
+import numpy as np
+
+import check
+
+check.arguments(__doc__, 0)
+
+JET = check.write("jet.opts", """\
+-dim 2
+-gravity 0,-9.81
+-grid_lower 0,0
+-grid_upper 2,1
+-grid_h 0.05,0.05
+-bc_xmin_type slip
+-bc_xmax_type slip
+-bc_ymin_type slip
+-bc_ymax_type slip
+-materials water
+-material_water_model fluid
+-material_water_rho 1000
+-material_water_K 2e5
+-bodies pool,jet
+-body_pool_shape box
+-body_pool_lower 0,0
+-body_pool_upper 2,0.2
+-body_pool_material water
+-body_jet_shape box
+-body_jet_lower 0,0.5
+-body_jet_upper 0.2,0.7
+-body_jet_velocity 2,0
+-body_jet_material water
+-sources jet
+-source_jet_from 0.05
+-source_jet_to 0.25
+-time_end 0.3
+-history_every 0.01
+-output_every 0.1
+""")
+BLOCKS = check.write("blocks.opts", """\
+-dim 2
+-gravity 0.5,-1
+-grid_lower 0,0
+-grid_upper 4,4
+-grid_h 0.1,0.1
+-materials rubber
+-material_rubber_model neohookean
+-material_rubber_rho 1000
+-material_rubber_E 1e5
+-material_rubber_nu 0.3
+-bodies block,rod
+-body_block_shape box
+-body_block_lower 2.5,2.5
+-body_block_upper 3,3
+-body_block_material rubber
+-body_rod_shape box
+-body_rod_lower 1,1.5
+-body_rod_upper 1.4,1.9
+-body_rod_velocity 0,-2
+-body_rod_material rubber
+-sources rod
+-source_rod_to 0.35
+-time_end 0.4
+-history_every 0.01
+-output_format none
+""")
+WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
+
+
+def run(scene, folder, *more, way=1):
+    return check.pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
+
+
+def same(scene, stop):
+    """The same digest, history and snapshots in all ways, and after a restart while matter flows in."""
+    name = scene.split(".")[0]
+    whole = run(scene, "one", "-checkpoint_every", 1e30)
+    check.need(whole.good, whole.said[-500:])
+    csv = check.content(f"one/{name}.csv")
+    for way in (2, 3, "pool"):
+        other = run(scene, "many", way=way)
+        check.that(other.digest == whole.digest and check.content(f"many/{name}.csv") == csv, f"{name}: the same digest and history on {way}")
+    for way in (1, 3):
+        check.folder("stop")
+        run(scene, "stop", "-checkpoint_every", 1e30, "-time_max_steps", stop)
+        on = run(scene, "stop", "-restart_file", "latest", way=way)
+        check.that(on.digest == whole.digest and check.content(f"stop/{name}.csv") == csv, f"{name}: and after a restart at step {stop} on {way} {on.err.strip()}")
+    return whole, check.history(f"one/{name}.csv")
+
+
+def counted():
+    said, rows = same(JET, 60)
+    flow = np.interp(rows["time"], [0.05, 0.25], [0, 0.2]) * 2 * 0.2 * 1000
+    layer = 1000 * 0.2 * 0.025
+    check.that(abs(rows["mass"][0] - 400) < 1e-9 and abs(rows["mass"][-1] - 480) < 1e-9, f"in 0.2 s 80 kg flow in: {rows['mass'][-1] - rows['mass'][0]:g}")
+    check.that(abs(rows["mass"] - 400 - flow).max() < 1.01 * layer, f"as 2 m/s through 0.2 m, to a layer of {layer:g} kg")
+    check.that("0 particles have not flowed in yet; what flowed in, less what left, is 80 kg" in said.out, said.find("^(sources .*)$"))
+    said, rows = same(BLOCKS, 25)
+    size = rows["kinetic_energy"].max()
+    kept = run(BLOCKS, "checked", "-check_momentum", 1e-11)
+    check.that(kept.good, f"momentum is kept to 1e-11: {kept.err.strip()}")
+    check.that(abs(np.diff(rows["energy_residual"])).max() < 1e-3 * size, f"the residual changes by at most {abs(np.diff(rows['energy_residual'])).max() / size:.1e} of the energy between lines")
+    text = open(BLOCKS).read().replace("-time_end 0.4\n", "") + "-stages still,push\n-stage_still_time 0.15\n-stage_push_time 0.25\n-stage_push_gravity 0,-1\n"
+    check.write("staged.opts", text)
+    one, three = run("staged.opts", "staged"), run("staged.opts", "staged3", way=3)
+    check.that(one.good and one.out.split("digest ")[1:] and [d[:16] for d in one.out.split("digest ")[1:]] == [d[:16] for d in three.out.split("digest ")[1:]],
+               f"a source flows on from stage to stage {one.err.strip()}")
+    deep = check.write("deep.opts", open(JET).read().replace("-dim 2", "-dim 3").replace("0,-9.81", "0,0,-9.81").replace("0,0\n", "0,0,0\n").replace("2,1\n", "2,1,1\n").replace("0.05,0.05", "0.1,0.1,0.1")
+                       .replace("2,0.2\n", "2,1,0.2\n").replace("0,0.5\n", "0,0.4,0.5\n").replace("0.2,0.7\n", "0.2,0.6,0.7\n").replace("-gravity 0,0,0,-9.81", "-gravity 0,0,-9.81").replace("velocity 2,0\n", "velocity 0,0,-2\n")
+                       .replace("-output_every 0.1", "-output_format none").replace("-time_end 0.3", "-time_end 0.15") + "-bc_zmin_type slip\n-bc_zmax_type slip\n")
+    one, three = run(deep, "deep"), run(deep, "deep", way=3)
+    check.that(one.good and one.digest == three.digest, f"downward in three dimensions, {one.find('^(sources .*)$')} {one.err.strip()}")
+
+
+def refused():
+    for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
+                        (["-body_jet_velocity", "2,1"], "-body_jet_velocity 2,1 is not along one axis"), (["-body_jet_velocity", "0,0"], "-body_jet_velocity 0,0 is not along one axis"),
+                        (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-sources: the front of jet, at x = 0, does not lie in the grid"),
+                        (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start"),
+                        (["-body_jet_cut", "pool"], "-sources: the body jet must be a box that no other cuts"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
+                        (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution")):
+        told = run(JET, "refused", *more)
+        check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, f"{' '.join(map(str, more))}: {told.err.strip()}")
+    told = run(BLOCKS, "refused", "-method_frame", "total")
+    check.that(told.status == 2 and "-sources does not apply in the total frame" in told.err, told.err.strip())
+    told = run(BLOCKS, "refused", "-geometry", "axisymmetric", "-gravity", "0,-1")
+    check.that(told.status == 2 and "-sources is not built yet with -geometry axisymmetric" in told.err, told.err.strip())
+
+
+counted()
+refused()
+check.end()
