@@ -187,6 +187,19 @@ PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[2 * d + up], "_type", odd) : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = look->down;
+  const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal gap  = up ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+
+  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n) return PETSC_FALSE;
+  odd->ratio = (gap - look->scene->walls.place[2 * d + up]) / grid->h[d];
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
+}
+
 PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;

@@ -110,6 +110,14 @@ PetscBool MPMUnlikely_nu_negative(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return OfMaterial(look, k, "_nu", odd, &odd->ratio);
 }
 
+PetscBool MPMUnlikely_nu_high(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m = &look->scene->materials[k];
+
+  MPMUnlikelyWrite(odd->other, PetscSqrtReal(2 + m->lambda / m->mu));
+  return OfMaterial(look, k, "_nu", odd, &odd->ratio);
+}
+
 PetscBool MPMUnlikely_friction_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   if (!OfMaterial(look, k, "_friction_angle", odd, &odd->ratio)) return PETSC_FALSE;

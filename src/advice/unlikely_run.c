@@ -231,6 +231,15 @@ PetscBool MPMUnlikely_damping_short(const MPMLook *look, PetscInt k, MPMOdd *odd
   return MPMUnlikelyGiven("damping_time", NULL, "", odd);
 }
 
+PetscBool MPMUnlikely_damping_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  if (!(look->time->end > 0)) return PETSC_FALSE;
+  odd->ratio = look->core->damping.time / look->time->end;
+  MPMUnlikelyWrite(odd->meant, 0.3 * MPMUnlikelyExtent(look, -1, -1) / look->c);
+  return MPMUnlikelyGiven("damping_time", NULL, "", odd);
+}
+
 PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;
