@@ -117,7 +117,7 @@ MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPM
 /* On the side of the cone, with D = I - 1(x)1/3 and the direction n of the trial deviator,
      a = K 1(x)1 + 2 mu keep (D - n(x)n) + 2 mu n(x)n
          - (2 mu n + K3 beta 1)(x)(2 mu n + K3 alpha 1)/(2 mu + 3 K3 alpha beta),  keep = 1 - 2 mu gamma/|dev tau|;
-   at the apex a = 0. The trial is that of druckerprager_flow; opened volume is added to its strains, so it changes no
+   beyond the apex a = 0. The trial is that of druckerprager_flow; opened volume is added to its strains, so it changes no
    modulus. */
 MPM_INLINE void druckerprager_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L,
                                       MPMParticleState *s, PetscReal C[6][MPM_TANGENT_NC])
@@ -134,6 +134,7 @@ MPM_INLINE void druckerprager_tangent(int dim, const MPMMaterial *m, PetscReal d
   norm   = two * PetscSqrtReal(norm); /* |dev tau| */
   f      = norm + m->friction * (K3 * (tr + open) - m->cohesion);
   beyond = two * (K3 * (tr + open) - m->cohesion) >= 3 * K3 * m->dilation * norm ? PETSC_TRUE : PETSC_FALSE;
+  if (norm == 0 && K3 * (tr + open) == m->cohesion) beyond = PETSC_FALSE; /* on the apex: as under pressure */
   flows  = !beyond && f > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (beyond) keep = 0;
   if (flows) keep = 1 - two * f / hard / norm;

@@ -49,9 +49,8 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
       const PetscScalar part = t.w[i] * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1);
-      const PetscInt    at   = t.number[i] < 0 ? -1 : t.number[i] * dim;
 
-      PetscCall(VecSetValues(volume, 1, &at, &part, ADD_VALUES));
+      if (t.number[i] >= 0) PetscCall(VecSetValue(volume, t.number[i] * dim, part, ADD_VALUES));
     }
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
@@ -90,13 +89,54 @@ static PetscReal Around(const struct MPMStatic *s, const PetscInt ijk[], PetscIn
   return grid->round ? 2 * PETSC_PI * PetscMax(at[0], 0.5 * grid->h[0]) : 1;
 }
 
-/* Adds the stabilisation of the run of nodes from ijk [3] on along axis d, if all have mass and one is weak. */
-static PetscErrorCode AddRun(struct MPMStatic *s, const PetscInt ijk[], PetscInt d, PetscReal stiffness,
-                             const PetscReal weak[])
+/* Sets modulus[...], as long as `at`, to the least Young's modulus of the matter that reaches a node, Pa: a stiff body must not
+   make the weak nodes of a soft one stiff. Counts of particles are exact in any sequence. */
+static PetscErrorCode FindModulus(struct MPMStatic *s, PetscReal modulus[])
+{
+  MPMCore       *core = s->core;
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  PetscReal     *own;
+  Vec            count;
+  PetscScalar   *v;
+  MPMView        view;
+  MPMStaticNodes t;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(s->u, &count));
+  PetscCall(PetscMalloc1(PetscMax(1, s->n), &own));
+  for (PetscInt q = 0; q < s->n; q++) own[q] = PETSC_MAX_REAL;
+  for (PetscInt m = 0; m < core->params.nmaterials; m++) {
+    PetscCall(VecSet(count, 0));
+    PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+    for (PetscInt p = 0; p < view.n; p++) {
+      if (MPMKindOf(core->params.kinds, &view, p)->material != m) continue;
+      MPMStaticStencil(s, &view, p, &t);
+      for (PetscInt i = 0; i < t.n; i++)
+        if (t.number[i] >= 0) PetscCall(VecSetValue(count, t.number[i] * dim, 1, ADD_VALUES));
+    }
+    PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+    PetscCall(VecAssemblyBegin(count));
+    PetscCall(VecAssemblyEnd(count));
+    PetscCall(VecGetArray(count, &v));
+    for (PetscInt q = 0; q < s->n; q++)
+      if (v[q * dim] > 0) own[q] = PetscMin(own[q], core->params.materials[m].E);
+    PetscCall(VecRestoreArray(count, &v));
+  }
+  PetscCall(MPMStaticSpread(s, own, PETSC_MAX_REAL, modulus));
+  PetscCall(PetscFree(own));
+  PetscCall(VecDestroy(&count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the stabilisation of the run of nodes from ijk [3] on along axis d, if all have mass and one is weak; h: volume of a
+   cell, m^3. */
+static PetscErrorCode AddRun(struct MPMStatic *s, const PetscInt ijk[], PetscInt d, PetscReal h, const PetscReal weak[],
+                             const PetscReal modulus[])
 {
   static const PetscReal rows[5][5] = {{0}, {0}, {1, -2, 1}, {1, -3, 3, -1}, {1, -4, 6, -4, 1}};
   const PetscInt         order = MPMStaticOrder(s), dim = s->core->grid.dim;
   PetscInt               number[5], at[3] = {ijk[0], ijk[1], ijk[2]};
+  PetscReal              E = PETSC_MAX_REAL, stiffness;
   PetscBool              any = PETSC_FALSE;
 
   PetscFunctionBeginUser;
@@ -106,7 +146,9 @@ static PetscErrorCode AddRun(struct MPMStatic *s, const PetscInt ijk[], PetscInt
     number[k] = s->at[MPMStaticPlace(s, at)];
     if (number[k] < 0) PetscFunctionReturn(PETSC_SUCCESS);
     if (weak[MPMStaticPlace(s, at)] > 0) any = PETSC_TRUE;
+    E = PetscMin(E, modulus[MPMStaticPlace(s, at)]);
   }
+  stiffness = s->ghost * E * h / PetscSqr(s->core->grid.h[d]) * Around(s, ijk, d);
   for (PetscInt i = 0; i <= order && any; i++)
     for (PetscInt j = 0; j <= order; j++)
       for (PetscInt c = 0; c < dim; c++)
@@ -119,22 +161,22 @@ PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
 {
   const MPMCore *core = s->core;
   const MPMGrid *grid = &core->grid;
-  PetscReal     *weak, E = 0, h = 1;
+  PetscReal     *weak, *modulus, h = 1;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < core->params.nmaterials; k++) E = PetscMax(E, core->params.materials[k].E);
   for (PetscInt d = 0; d < grid->dim; d++) h *= grid->h[d];
-  PetscCall(PetscMalloc1(s->wide[0] * s->wide[1] * s->wide[2], &weak));
+  PetscCall(PetscMalloc2(s->wide[0] * s->wide[1] * s->wide[2], &weak, s->wide[0] * s->wide[1] * s->wide[2], &modulus));
   PetscCall(FindWeak(s, weak));
+  PetscCall(FindModulus(s, modulus));
   PetscCall(MPMStaticCreateMatrix(s, 0, &s->ghosts));
   for (PetscInt q = 0; q < s->n; q++) {
     PetscInt ijk[3];
 
     MPMStaticWhere(s, q, ijk);
     for (PetscInt d = 0; d < grid->dim; d++)
-      PetscCall(AddRun(s, ijk, d, s->ghost * E * h / PetscSqr(grid->h[d]) * Around(s, ijk, d), weak));
+      PetscCall(AddRun(s, ijk, d, h, weak, modulus));
   }
-  PetscCall(PetscFree(weak));
+  PetscCall(PetscFree2(weak, modulus));
   PetscCall(MatAssemblyBegin(s->ghosts, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->ghosts, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);

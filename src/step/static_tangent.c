@@ -4,6 +4,8 @@
 #include "parallel/exchange.h"
 #include "step/static_tangent.h"
 
+#define HOLDS 1e-3 /* of the elastic tangent: a particle that resists less is held by this */
+
 /* Turns both pairs of indices of X [nc][nc]: X_amcn = sum_kl X_akcl q_mk q_nl, with q [nc]. */
 static void Turn(PetscInt dim, PetscInt nc, const PetscReal q[], PetscReal X[])
 {
@@ -129,6 +131,25 @@ PetscErrorCode MPMStaticLeap(struct MPMStatic *s, PetscReal *most)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds to C [nc][nc], the tangent of a particle that resists hardly anything, as sand that is pulled apart, a small part of the
+   elastic one: else nodes that have only such particles are held by nothing. The residual stays as it is. */
+static void Hold(PetscInt dim, PetscInt nc, const MPMMaterial *m, PetscReal C[])
+{
+  const PetscReal stiff = m->lambda + 2 * m->mu;
+  PetscReal       one[MPM_STATIC_NC], most = 0;
+
+  for (PetscInt k = 0; k < nc * nc; k++) most = PetscMax(most, PetscAbsReal(C[k]));
+  if (most > HOLDS * stiff) return;
+  (void)Unit(dim, nc, one);
+  for (PetscInt k = 0; k < nc; k++) {
+    const PetscInt turned = k < dim * dim ? k % dim * dim + k / dim : k;
+
+    C[k * nc + k] += HOLDS * m->mu;
+    C[k * nc + turned] += HOLDS * m->mu;
+    for (PetscInt j = 0; j < nc; j++) C[k * nc + j] += HOLDS * m->lambda * one[k] * one[j];
+  }
+}
+
 PetscErrorCode MPMStaticLawBegin(struct MPMStatic *s, MPMStaticLaw *q)
 {
   MPMCore       *core = s->core;
@@ -166,6 +187,7 @@ PetscErrorCode MPMStaticLawBegin(struct MPMStatic *s, MPMStaticLaw *q)
       for (PetscInt b = 0; b < dim; b++)
         for (PetscInt e = 0; e < dim; e++) C[(a * dim + b) * nc + b * dim + e] += tau[a * dim + e];
     if (nc > dim * dim) C[nc * nc - 1] += tau[nc - 1];
+    Hold(dim, nc, &core->params.materials[MPMKindOf(core->params.kinds, &q->view, p)->material], C);
   }
   PetscCall(PetscFree(H));
   PetscFunctionReturn(PETSC_SUCCESS);
