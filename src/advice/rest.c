@@ -35,7 +35,8 @@ PetscErrorCode MPMRestTell(const MPMCore *core, const MPMTotals *now, const MPMT
   if (r->limit > 0 && !r->reached && core->t >= time->end)
     PetscCall(MPMWarn(&core->print,
                       "the bodies are not at rest at -time_end: %s; -time_rest asks for %g over %.3g s. Go on with "
-                      "-restart_file and a later -time_end, or damp the motion with -damping_kinetic",
+                      "-restart_file and a later -time_end (in stages a longer -stage_<s>_time), or damp the motion with "
+                      "-damping_kinetic",
                       ratios, (double)r->limit, (double)MPMRestHold(core)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

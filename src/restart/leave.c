@@ -49,7 +49,8 @@ PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *c, PetscBool restarts, MPMO
   if (n && !restarts)
     MPMOptionsFail(o, "-remove does not apply: bodies leave at a restart (-restart_file); leave the body out of -bodies");
   if (n && c->core->grid.total)
-    MPMOptionsFail(o, "-remove does not apply in the total frame: its nodes have the matter of all particles");
+    MPMOptionsFail(o, "-remove does not apply in the total frame, whose nodes have the matter of all particles; let the run "
+                      "go on in the updated one, without -method_frame total and -method_preset solid");
   for (PetscInt k = 0; k < n && !MPMOptionsError(o); k++) {
     MPMBody *body = NULL;
 
