@@ -78,7 +78,7 @@ class Scene:
         self.dim = int(self.value["dim"])
         self.rows = rows
         names = {"m": self.value["materials"].split(","), "b": self.value["bodies"].split(","),
-                 "l": self.value.get("loads", "").split(","), "p": self.value.get("probes", "").split(","), "f": [f"{axis}{side}" for axis in "xyz" for side in ("min", "max")]}
+                 "l": self.value.get("loads", "").split(","), "p": self.value.get("probes", "").split(","), "s": self.value.get("stages", "").split(","), "f": [f"{axis}{side}" for axis in "xyz" for side in ("min", "max")]}
         self.legal = {}
         for row in rows.values():
             kind = re.search(r"<(\w)>", row.name)
@@ -86,7 +86,8 @@ class Scene:
                 self.legal[re.sub(r"<\w>", word, row.name)] = row
 
     def row(self, name):
-        return self.legal[name]
+        """The row of an option; any option may be of a stage."""
+        return self.legal.get(name) or self.legal[re.sub(r"^stage_[a-z0-9]+_", "", name)]
 
 
 # ---- Faults. Each function yields (label, entries, pattern of the line) for a scene.
@@ -208,7 +209,7 @@ FAULTS = [misspelt, wrong_type, out_of_range, missing, contradictory, twice]
 def syntax(scene):
     """Faults of an options file's text: label, bytes, pattern."""
     text = scene.text
-    at = text.index("\n-time_end") + 1
+    at = re.search(r"\n-(time_end|stages)", text).start() + 1
     line = 1 + text[:at].count("\n")
 
     def put(words):
@@ -326,7 +327,8 @@ def accept(scenes):
         folder = check.folder("good_" + scene.name)
         write(folder, "scene.opts", opts(scene.entries).encode())
         write(folder, "scene.yaml", yaml(scene.entries).encode())
-        write(folder, "over.opts", b"-options_file scene.opts\n-scene_title other\n-time_end 1e-9\n")
+        end = f"stage_{scene.value['stages'].split(',')[0]}_time" if "stages" in scene.value else "time_end"
+        write(folder, "over.opts", f"-options_file scene.opts\n-scene_title other\n-{end} 1e-9\n".encode())
         digest = set()
         for name in ("scene.opts", "scene.yaml", "over.opts") if PART != "some" else ("scene.opts", "over.opts"):
             status, out, lines, _ = start(folder, name, "-output_name", "s")

@@ -404,7 +404,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
 
     CheckView(o, names[k], values[k]);
     if (IsPetscs(names[k])) continue;
-    if (fault[0] && IsOfName(o, names[k])) continue;
+    if (fault[0] && (IsOfName(o, names[k]) || !strncasecmp(names[k], "stage_", 6))) continue;
     if (!row) {
       PetscCall(CheckChoices(o, names[k]));
       PetscCall(Refuse(o, names[k]));

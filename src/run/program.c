@@ -9,12 +9,12 @@ static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscE
   MPM        mpm;
   MPMOptions options;
   PetscBool  staged;
-  char       fault[MPM_TEXT_LEN];
+  char       fault[MPM_TEXT_LEN], stages[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMRerun(fault));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-stages", &staged));
-  if (staged && !fault[0]) {
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-stages", stages, sizeof stages, &staged));
+  if (stages[strspn(stages, ", ")] && staged && !fault[0]) {
     PetscCall(MPMStagesRun(read, run, status));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
