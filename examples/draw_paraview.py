@@ -36,16 +36,16 @@ def main(path, field="von_mises", picture=None, movie=None):
     particles = simple.XDMFReader(FileNames=[base + ".xdmf"])
     simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
     times = particles.TimestepValues
-    view = simple.GetActiveViewOrCreate("RenderView")
-    view.ViewSize, view.Background, view.UseColorPaletteForBackground = [1200, 800], [1, 1, 1], 0
-    view.OrientationAxesVisibility = 0
-    simple.GetAnimationScene().AnimationTime = times[-1]
     particles.UpdatePipeline(times[-1])
     data = leaf_of(simple.servermanager.Fetch(particles))
     name = "v" if field == "speed" else field
     known = [data.GetPointData().GetArrayName(k) for k in range(data.GetPointData().GetNumberOfArrays())]
     if name not in known:
         sys.exit(f"draw_paraview.py: no field {field} in {path}; choose of {', '.join(known)}, speed")
+    view = simple.GetActiveViewOrCreate("RenderView")
+    view.ViewSize, view.Background, view.UseColorPaletteForBackground = [1200, 800], [1, 1, 1], 0
+    view.OrientationAxesVisibility = 0
+    simple.GetAnimationScene().AnimationTime = times[-1]
     display = simple.Show(particles, view)
     simple.Render(view)
     simple.ResetCamera(view)

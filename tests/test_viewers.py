@@ -147,7 +147,7 @@ def draws():
     def draw(*words):
         for _ in range(3):  # a screen that did not start in time is not the script's
             told = subprocess.run([*command, *words], capture_output=True, text=True, timeout=300, env=env)
-            if told.returncode == 0 or not any(word in told.stderr for word in ("X server", "X Error", "vtkXOpenGLRenderWindow")):
+            if told.returncode == 0 or not any(word in told.stderr for word in ("X server", "X Error", "vtkXOpenGLRenderWindow", "Signal: SIGABRT")):
                 break
         return told
 

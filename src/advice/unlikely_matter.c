@@ -114,6 +114,7 @@ PetscBool MPMUnlikely_nu_high(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMMaterial *m = &look->scene->materials[k];
 
+  if (!(m->mu > 0)) return PETSC_FALSE; /* a fluid */
   MPMUnlikelyWrite(odd->other, PetscSqrtReal(2 + m->lambda / m->mu));
   return OfMaterial(look, k, "_nu", odd, &odd->ratio);
 }
