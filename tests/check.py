@@ -110,6 +110,15 @@ def must(*options, **more):
     return result
 
 
+# Ways to run that give the same bits: a number of processes, or a pool.
+WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
+
+
+def scene_in(scene, folder, *more, way=1):
+    """A run of an options file, with its results in a folder, in one of the WAYS."""
+    return pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
+
+
 def at_once(function, jobs, workers=2):
     """function of each job, two at a time; the results in order."""
     with ThreadPoolExecutor(workers) as pool:

@@ -67,12 +67,7 @@ FREE = check.write("free.opts", """\
 -output_format none
 -checkpoint_every 1e30
 """)
-WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
 GO = ["-restart_file", "latest", "-time_end", 0.08]
-
-
-def run(scene, folder, *more, way=1):
-    return check.pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
 
 
 def go(scene, first, what, *more, ways=(1, 2, 3, "pool")):
@@ -81,7 +76,7 @@ def go(scene, first, what, *more, ways=(1, 2, 3, "pool")):
     for way in ways:
         shutil.rmtree("go", ignore_errors=True)
         shutil.copytree(first, "go")
-        one = run(scene, "go", *GO, *more, way=way)
+        one = check.scene_in(scene, "go", *GO, *more, way=way)
         check.need(one.good, f"{what} on {way}: {one.said[-600:]}")
         runs.append((one.digest, check.content(glob.glob("go/*.csv")[0]), one))
     same = all(one[:2] == runs[0][:2] for one in runs)
@@ -91,7 +86,7 @@ def go(scene, first, what, *more, ways=(1, 2, 3, "pool")):
 
 def acts():
     """Each change is taken, is listed, and gives another state than no change does."""
-    check.need(run(SOIL, "first").good, "the run before")
+    check.need(check.scene_in(SOIL, "first").good, "the run before")
     plain, _ = go(SOIL, "first", "no change", ways=(1, 3))
     for more in (["-gravity", "2,-9.81"], ["-acceleration", "3*t,0"], ["-bc_xmax_type", "free", "-bc_xmin_type", "separate"], ["-bc_ymin_type", "friction", "-bc_ymin_mu", 0.2],
                  ["-material_soil_cohesion", 10], ["-material_soil_E", 4e6], ["-method_basis", "gimp"], ["-method_transfer", "flip", "-method_update", "musl"],
@@ -111,7 +106,7 @@ def dt():
 
 def balance():
     """A change gives energy and momentum, which the balances count: the residual does not jump."""
-    check.need(run(FREE, "free", "-check_momentum", 1e-11).good, "the free body")
+    check.need(check.scene_in(FREE, "free", "-check_momentum", 1e-11).good, "the free body")
     for more in (["-gravity", "-3,5"], ["-material_rubber_E", 3e5, "-material_rubber_nu", 0.2]):
         _, rows = go(FREE, "free", more[0], *more, "-check_momentum", 1e-11, ways=(1, 2))
         size = rows["kinetic_energy"].max()
@@ -123,10 +118,10 @@ def balance():
 
 def columns():
     """The history gets the columns of both parts, with nan where a part had none, and goes on from any checkpoint after."""
-    check.need(run(SOIL, "none", "-acceleration", "0,0", "-history_rest", "false", "-checkpoint_keep", 10).good, "a history without columns of rest")
+    check.need(check.scene_in(SOIL, "none", "-acceleration", "0,0", "-history_rest", "false", "-checkpoint_keep", 10).good, "a history without columns of rest")
     shutil.rmtree("both", ignore_errors=True)
     shutil.copytree("none", "both")
-    run(SOIL, "both", *GO, "-history_rest", "-particles_leave", "delete", "-checkpoint_every", 0.01, way=2)
+    check.scene_in(SOIL, "both", *GO, "-history_rest", "-particles_leave", "delete", "-checkpoint_every", 0.01, way=2)
     rows = check.history("both/soil.csv")
     old = rows["time"] < 0.0401
     check.that(np.isnan(rows["unbalanced"][old]).all() and not np.isnan(rows["unbalanced"][~old]).any() and np.isnan(rows["lost_mass"][old]).all(),
@@ -134,9 +129,9 @@ def columns():
     check.that(rows["kinetic_energy"].size == rows["time"].size and (np.diff(rows["time"]) > 0).all(), "the others go on")
     shutil.copytree("both", "back", dirs_exist_ok=True)
     whole = check.content("back/soil.csv")
-    again = run(SOIL, "back", *GO, "-history_rest", "-particles_leave", "delete", "-restart_file", sorted(glob.glob("back/soil-checkpoint-*.h5"), key=os.path.getmtime)[-2])
+    again = check.scene_in(SOIL, "back", *GO, "-history_rest", "-particles_leave", "delete", "-restart_file", sorted(glob.glob("back/soil-checkpoint-*.h5"), key=os.path.getmtime)[-2])
     check.that(again.good and check.content("back/soil.csv") == whole, f"a restart from the middle of the second part: {again.find('^(warning.*)') or 'the same history'}")
-    run(SOIL, "both", "-restart_file", "latest", "-time_end", 0.1)
+    check.scene_in(SOIL, "both", "-restart_file", "latest", "-time_end", 0.1)
     rows = check.history("both/soil.csv")
     check.that(np.isnan(rows["unbalanced"][-1]) and not np.isnan(rows["mass"][-1]), "columns that go have nan after")
 
@@ -146,7 +141,7 @@ def static():
     scene = check.write("block.opts", open(FREE).read().replace("sphere", "box").replace("-body_ball_center 2,2\n-body_ball_radius 0.4", "-body_ball_lower 1,0\n-body_ball_upper 2,1")
                         .replace('-body_ball_velocity "0.3*(y-2), 1-0.2*(x-2)"\n', "") + "-bc_ymin_type fixed\n")
     statics = ["-method_time", "static", "-method_stabilize_factor", 0]
-    first = run(scene, "static", *statics, "-gravity", "0,-9.81")
+    first = check.scene_in(scene, "static", *statics, "-gravity", "0,-9.81")
     check.need(first.good, first.said[-500:])
     said, rows = go(scene, "static", "statics, then a motion", "-method_time", "explicit", "-method_frame", "total", "-gravity", "0,-9.81", "-time_end", 0.3, ways=(1, 2))
     moved = rows["kinetic_energy"][rows["time"] > 0.0401].max() / rows["strain_energy"][-1]
@@ -154,7 +149,7 @@ def static():
     check.that("newton_iterations" in rows and np.isnan(rows["newton_iterations"][-1]), "the columns of statics end")
     _, rows = go(scene, "static", "statics, then a push", "-method_time", "explicit", "-method_frame", "total", "-gravity", "3,-9.81", ways=(1, 2))
     check.that(rows["kinetic_energy"][-1] > 0, "and moves when it is pushed")
-    back = run(scene, "go", "-restart_file", "latest", *statics, "-method_frame", "total", "-gravity", "3,-9.81", "-time_end", 1)
+    back = check.scene_in(scene, "go", "-restart_file", "latest", *statics, "-method_frame", "total", "-gravity", "3,-9.81", "-time_end", 1)
     check.that(back.status == 2 and "a motion cannot become statics" in back.err, back.err.strip())
 
 
@@ -162,27 +157,27 @@ def leaves():
     """Bodies leave, of matter and rigid ones: the balances count what they take along."""
     pair = check.write("pair.opts", open(FREE).read().replace("-bodies ball", "-bodies ball,other") + "-body_other_shape sphere\n-body_other_center 1,3\n-body_other_radius 0.4\n"
                        "-body_other_material rubber\n-body_other_velocity 2,1\n-output_every 0.02\n".replace("-output_every", "# -output_every"))
-    check.need(run(pair, "pair").good, "two balls")
+    check.need(check.scene_in(pair, "pair").good, "two balls")
     said, rows = go(pair, "pair", "a ball leaves", "-remove", "other", "-check_momentum", 1e-11)
     k = np.searchsorted(rows["time"], 0.0401)
     size = rows["kinetic_energy"].max()
     check.that(rows["mass"][k] < 0.6 * rows["mass"][0] and rows["particles"][k] < 0.6 * rows["particles"][0], f"{said.find('^(restart .*leave.*)$')}")
     check.that(abs(np.diff(rows["energy_residual"])).max() < 1e-4 * size, f"the residual changes by at most {abs(np.diff(rows['energy_residual'])).max() / size:.1e} of the energy")
     check.that("particles left with their bodies or left the grid, with" in said.out, said.find("^(lost.*)$"))
-    again = run(pair, "go", "-restart_file", "latest", "-time_end", 0.1, "-remove", "other")
+    again = check.scene_in(pair, "go", "-restart_file", "latest", "-time_end", 0.1, "-remove", "other")
     check.that(again.good and "leave with their bodies" not in again.out, "a later restart names it too, and nothing leaves twice")
     for more, words in ((["-time_end", 0.1], "other had left before"), (["-time_end", 0.1, "-remove", "other,ball"], "no particle would be left"),
                         (["-time_end", 0.1, "-remove", "other,balll"], "-remove balll: the scene has no body of that name with particles, and no rigid one")):
-        told = run(pair, "go", "-restart_file", "latest", *more)
+        told = check.scene_in(pair, "go", "-restart_file", "latest", *more)
         check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, told.err.strip())
-    told = run(pair, "go", "-remove", "other")
+    told = check.scene_in(pair, "go", "-remove", "other")
     check.that(told.status == 2 and "-remove does not apply: bodies leave at a restart" in told.err, told.err.strip())
     # a column of soil between a wall and a rigid gate, which leaves; and a free ball that does
     gate = check.write("gate.opts", open(SOIL).read().replace("-bodies soil,lid", "-bodies soil,lid,gate,ball") + "-body_gate_shape box\n-body_gate_lower 0.8,0\n-body_gate_upper 1,0.8\n"
                        "-body_gate_rigid fixed\n-body_ball_shape sphere\n-body_ball_center 1.3,0.7\n-body_ball_radius 0.15\n-body_ball_rigid free\n-body_ball_rho 2000\n".replace("-damping", "# -damping"))
     text = check.content(gate).decode().replace("-damping_time 0.1\n", "").replace("-cohesion 5e3", "-cohesion 10")
     check.write("gate.opts", text)
-    check.need((first := run(gate, "gate", "-history_energy")).good, first.said[-500:])
+    check.need((first := check.scene_in(gate, "gate", "-history_energy")).good, first.said[-500:])
     held, _ = go(gate, "gate", "the gate stays", "-history_energy", ways=(1,))
     said, rows = go(gate, "gate", "gate, lid and ball leave", "-remove", "gate,ball,lid", "-history_energy", "-time_end", 0.12)
     k = np.searchsorted(rows["time"], 0.0401)
@@ -190,7 +185,7 @@ def leaves():
     check.that(said.digest != held.digest and rows["rigid_kinetic_energy"][k - 1] > 0 and rows["rigid_kinetic_energy"][k] == 0, "the soil is let go, and the ball is gone")
     jump = abs(np.diff(rows["energy_integration"]))
     check.that(jump[k - 1] < 3 * max(jump[k - 2], jump[k]) + 1e-6 * size, f"the terms close: integration changes by {jump[k - 1]:.2e} J as they leave, by {jump[k - 2]:.2e} before and {jump[k]:.2e} after")
-    total = run(SOIL.replace("soil.opts", "block.opts"), "total", "-restart_file", sorted(glob.glob("static/block-checkpoint-*.h5"))[0], "-method_frame", "total", "-gravity", "0,-9.81", "-remove", "ball")
+    total = check.scene_in(SOIL.replace("soil.opts", "block.opts"), "total", "-restart_file", sorted(glob.glob("static/block-checkpoint-*.h5"))[0], "-method_frame", "total", "-gravity", "0,-9.81", "-remove", "ball")
     check.that(total.status == 2 and "-remove does not apply in the total frame" in total.err, total.err.strip())
 
 
@@ -200,14 +195,14 @@ def refused():
                         (["-material_soil_rho", 1900], "-material_soil_rho"), (["-method_preset", "accurate"], "-method_preset"), (["-method_rim", "whole"], "-method_rim"),
                         (["-bc_xmax_type", "piston", "-bc_xmax_velocity", "0"], "cannot become or cease to be periodic or a piston"),
                         (["-geometry", "axisymmetric"], "-geometry"), (["-body_soil_velocity", "1,0"], "-body_soil_velocity"), (["-history_bodies", "all"], "-history_bodies")):
-        told = run(SOIL, "first", *GO, *more)
+        told = check.scene_in(SOIL, "first", *GO, *more)
         check.that(told.status == 2 and len(told.lines) == 1 and words in told.err and "it may not change" in told.err, f"{' '.join(map(str, more))}: {told.err.strip()}")
-    told = run(SOIL, "first", *GO, "-contact_mu", 0.3)
+    told = check.scene_in(SOIL, "first", *GO, "-contact_mu", 0.3)
     check.that(told.status and "other masses, volumes, numbers or contacts" in told.err, told.err.strip())
     metal = ["-material_soil_model", "vonmises", "-material_soil_yield", 1e4, "-method_locking", "none", "-output_format", "none"]
     bare = check.write("metal.opts", "".join(line for line in open(SOIL) if "friction" not in line and "cohesion" not in line and "output_every" not in line and "_model" not in line))
-    check.need(run(bare, "bare", *metal).good, "a metal without F")
-    told = run(bare, "bare", *GO, *metal, "-bc_ymin_type", "separate")
+    check.need(check.scene_in(bare, "bare", *metal).good, "a metal without F")
+    told = check.scene_in(bare, "bare", *GO, *metal, "-bc_ymin_type", "separate")
     check.that(told.status and "its particles have no F" in told.err, told.err.strip())
 
 

@@ -67,26 +67,21 @@ BLOCKS = check.write("blocks.opts", """\
 -history_every 0.01
 -output_format none
 """)
-WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
-
-
-def run(scene, folder, *more, way=1):
-    return check.pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
 
 
 def same(scene, stop):
     """The same digest, history and snapshots in all ways, and after a restart while matter flows in."""
     name = scene.split(".")[0]
-    whole = run(scene, "one", "-checkpoint_every", 1e30)
+    whole = check.scene_in(scene, "one", "-checkpoint_every", 1e30)
     check.need(whole.good, whole.said[-500:])
     csv = check.content(f"one/{name}.csv")
     for way in (2, 3, "pool"):
-        other = run(scene, "many", way=way)
+        other = check.scene_in(scene, "many", way=way)
         check.that(other.digest == whole.digest and check.content(f"many/{name}.csv") == csv, f"{name}: the same digest and history on {way}")
     for way in (1, 3):
         check.folder("stop")
-        run(scene, "stop", "-checkpoint_every", 1e30, "-time_max_steps", stop)
-        on = run(scene, "stop", "-restart_file", "latest", way=way)
+        check.scene_in(scene, "stop", "-checkpoint_every", 1e30, "-time_max_steps", stop)
+        on = check.scene_in(scene, "stop", "-restart_file", "latest", way=way)
         check.that(on.digest == whole.digest and check.content(f"stop/{name}.csv") == csv, f"{name}: and after a restart at step {stop} on {way} {on.err.strip()}")
     return whole, check.history(f"one/{name}.csv")
 
@@ -100,18 +95,18 @@ def counted():
     check.that("0 particles have not flowed in yet; what flowed in, less what left, is 80 kg" in said.out, said.find("^(sources .*)$"))
     said, rows = same(BLOCKS, 25)
     size = rows["kinetic_energy"].max()
-    kept = run(BLOCKS, "checked", "-check_momentum", 1e-11)
+    kept = check.scene_in(BLOCKS, "checked", "-check_momentum", 1e-11)
     check.that(kept.good, f"momentum is kept to 1e-11: {kept.err.strip()}")
     check.that(abs(np.diff(rows["energy_residual"])).max() < 1e-3 * size, f"the residual changes by at most {abs(np.diff(rows['energy_residual'])).max() / size:.1e} of the energy between lines")
     text = open(BLOCKS).read().replace("-time_end 0.4\n", "") + "-stages still,push\n-stage_still_time 0.15\n-stage_push_time 0.25\n-stage_push_gravity 0,-1\n"
     check.write("staged.opts", text)
-    one, three = run("staged.opts", "staged"), run("staged.opts", "staged3", way=3)
+    one, three = check.scene_in("staged.opts", "staged"), check.scene_in("staged.opts", "staged3", way=3)
     check.that(one.good and one.out.split("digest ")[1:] and [d[:16] for d in one.out.split("digest ")[1:]] == [d[:16] for d in three.out.split("digest ")[1:]],
                f"a source flows on from stage to stage {one.err.strip()}")
     deep = check.write("deep.opts", open(JET).read().replace("-dim 2", "-dim 3").replace("0,-9.81", "0,0,-9.81").replace("0,0\n", "0,0,0\n").replace("2,1\n", "2,1,1\n").replace("0.05,0.05", "0.1,0.1,0.1")
                        .replace("2,0.2\n", "2,1,0.2\n").replace("0,0.5\n", "0,0.4,0.5\n").replace("0.2,0.7\n", "0.2,0.6,0.7\n").replace("-gravity 0,0,0,-9.81", "-gravity 0,0,-9.81").replace("velocity 2,0\n", "velocity 0,0,-2\n")
                        .replace("-output_every 0.1", "-output_format none").replace("-time_end 0.3", "-time_end 0.15") + "-bc_zmin_type slip\n-bc_zmax_type slip\n")
-    one, three = run(deep, "deep"), run(deep, "deep", way=3)
+    one, three = check.scene_in(deep, "deep"), check.scene_in(deep, "deep", way=3)
     check.that(one.good and one.digest == three.digest, f"downward in three dimensions, {one.find('^(sources .*)$')} {one.err.strip()}")
 
 
@@ -122,11 +117,11 @@ def refused():
                         (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start"),
                         (["-body_jet_cut", "pool"], "-sources: the body jet must be a box that no other cuts"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
                         (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution")):
-        told = run(JET, "refused", *more)
+        told = check.scene_in(JET, "refused", *more)
         check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, f"{' '.join(map(str, more))}: {told.err.strip()}")
-    told = run(BLOCKS, "refused", "-method_frame", "total")
+    told = check.scene_in(BLOCKS, "refused", "-method_frame", "total")
     check.that(told.status == 2 and "-sources does not apply in the total frame" in told.err, told.err.strip())
-    told = run(BLOCKS, "refused", "-geometry", "axisymmetric", "-gravity", "0,-1")
+    told = check.scene_in(BLOCKS, "refused", "-geometry", "axisymmetric", "-gravity", "0,-1")
     check.that(told.status == 2 and "-sources is not built yet with -geometry axisymmetric" in told.err, told.err.strip())
 
 

@@ -62,13 +62,8 @@ STAGES = """\
 -stage_shake_bc_xmax_velocity default
 -stage_shake_method_transfer flip
 """
-WAYS = {1: [], 2: [], 3: [], "pool": ["-parallel_strategy", "pool"]}
 check.write("base.opts", BASE)
 check.write("staged.opts", BASE + STAGES)
-
-
-def run(scene, folder, *more, way=1):
-    return check.pebble("-options_file", scene, "-output_dir", folder, *more, *WAYS[way], n=2 if way == "pool" else way)
 
 
 def digests(told):
@@ -101,7 +96,7 @@ def by_hand():
 
 def same():
     hand = by_hand()
-    whole = run("staged.opts", "one")
+    whole = check.scene_in("staged.opts", "one")
     check.that(digests(whole) == hand and len(set(hand)) == 3, f"three stages have the digests of restarts by hand: {digests(whole)} {hand}")
     rows, stage = without_stage("one")
     by = [line.split(",") for line in check.content("hand/staged.csv").decode().splitlines()]
@@ -110,7 +105,7 @@ def same():
     snapshots = [os.path.basename(path) for path in sorted(glob.glob("one/staged.snapshots/*.h5"))]
     check.that(snapshots == [os.path.basename(path) for path in sorted(glob.glob("hand/staged.snapshots/*.h5"))] and len(snapshots) > 4, f"and its {len(snapshots)} snapshots")
     for way in (2, 3, "pool"):
-        other = run("staged.opts", "many", way=way)
+        other = check.scene_in("staged.opts", "many", way=way)
         check.that(digests(other) == hand and check.content("many/staged.csv") == check.content("one/staged.csv"), f"the same digests and history on {way}")
     check.that("(-time_rest)" in whole.out and whole.out.count("stage      ") == 3, "each stage is told: " + whole.find("^(stage .*shake.*)$"))
     again = check.pebble("-rerun", "one/staged.h5", "-output_dir", check.folder("rerun"))
@@ -119,19 +114,19 @@ def same():
 
 def goes_on():
     """A run that ends in any stage goes on from there."""
-    whole, csv = digests(run("staged.opts", "one")), check.content("one/staged.csv")
+    whole, csv = digests(check.scene_in("staged.opts", "one")), check.content("one/staged.csv")
     steps = [int(row["step"]) for row in check.rows("one/staged.csv")]
     stage = [row["stage"] for row in check.rows("one/staged.csv")]
     ends = [max(s for s, k in zip(steps, stage) if k == which) for which in "123"]
     for stop in (ends[0] - 20, ends[0] + 10, ends[1], ends[1] + 7):
         check.folder("stop")
-        run("staged.opts", "stop", "-time_max_steps", stop)
-        told = run("staged.opts", "stop", "-restart_file", "latest", way=2)
+        check.scene_in("staged.opts", "stop", "-time_max_steps", stop)
+        told = check.scene_in("staged.opts", "stop", "-restart_file", "latest", way=2)
         check.that(digests(told)[-1] == whole[-1] and check.content("stop/staged.csv") == csv, f"stopped at step {stop}, stage {1 + (stop > ends[0]) + (stop > ends[1])}: the same end {told.err.strip()}")
-    done = run("staged.opts", "stop", "-restart_file", "latest")
+    done = check.scene_in("staged.opts", "stop", "-restart_file", "latest")
     check.that(digests(done) == whole[-1:] and check.content("stop/staged.csv") == csv, "a run that has ended has nothing to do")
     alone = check.pebble("-options_file", "base.opts", "-output_dir", "hand", "-output_name", "staged", "-restart_file", "hand/staged-checkpoint-1.h5", "-time_end", 2)
-    staged = run("staged.opts", "hand", "-restart_file", "hand/staged-checkpoint-1.h5")
+    staged = check.scene_in("staged.opts", "hand", "-restart_file", "hand/staged-checkpoint-1.h5")
     check.that(alone.good and staged.status == 2 and "is of no stage of this run" in staged.err, staged.err.strip())
     shutil.copy(sorted(glob.glob("one/staged-checkpoint-*.h5"))[-1], "last.h5")
     after = check.pebble("-options_file", "base.opts", "-output_dir", "after", "-restart_file", "last.h5", "-time_end", 2, "-remove", "gate,lid", "-material_soil_cohesion", 10,
@@ -154,18 +149,18 @@ def checked():
         keys = {line.split()[0] for line in add.split("\n")}
         check.write("fault.opts", BASE + "".join(line + "\n" for line in STAGES.splitlines() if line.split()[0] not in keys) + add + "\n")
         for more in ([], ["-dry_run"]):
-            told = run("fault.opts", check.folder("fault"), *more)
+            told = check.scene_in("fault.opts", check.folder("fault"), *more)
             check.that(told.status == 2 and len(told.lines) == 1 and words in told.err and "digest" not in told.out and not os.listdir("fault"), f"{add!r} {' '.join(more)}: {told.err.strip()}")
     check.write("fault.opts", BASE + STAGES.replace("-stage_cut_time 0.05\n", ""))
-    told = run("fault.opts", check.folder("fault"))
+    told = check.scene_in("fault.opts", check.folder("fault"))
     check.that(told.status == 2 and "-stage_cut_time is required" in told.err, told.err.strip())
     check.write("fault.opts", BASE + "-stages a,a_b\n-stage_a_time 1\n-stage_a_b_time 2\n-stage_a_b_gravity 1,0\n")
-    told = run("fault.opts", check.folder("fault"), "-dry_run")
+    told = check.scene_in("fault.opts", check.folder("fault"), "-dry_run")
     check.that(told.status == 0, f"of stages a and a_b the longer name counts: {told.err.strip()}")
     check.write("fault.opts", BASE + "-time_end 1\n-stage_a_time 1\n")
-    told = run("fault.opts", check.folder("fault"))
+    told = check.scene_in("fault.opts", check.folder("fault"))
     check.that(told.status == 2 and "-stage_a_time is not an option of this scene: -stages declares the names of stages" in told.err, told.err.strip())
-    dry = run("staged.opts", check.folder("dry"), "-dry_run")
+    dry = check.scene_in("staged.opts", check.folder("dry"), "-dry_run")
     check.that(dry.status == 0 and "the scene is valid" in dry.out and not os.path.exists("dry/staged.csv"), "-dry_run checks all stages, and makes no step")
 
 
@@ -174,7 +169,7 @@ def statics():
     text = BASE.replace("-bodies soil,lid,gate", "-bodies soil,lid").replace("-bc_xmax_type moving\n-bc_xmax_velocity 0,0\n", "").replace("druckerprager", "neohookean")
     text = "".join(line + "\n" for line in text.splitlines() if "gate" not in line and "friction" not in line and "fit" not in line and "cohesion" not in line)
     check.write("static.opts", text + "-method_frame total\n-stages weight,push\n-stage_weight_time 1\n-stage_weight_method_time static\n-stage_push_time 0.05\n-stage_push_method_time explicit\n-stage_push_gravity 2,-9.81\n")
-    told = run("static.opts", "static")
+    told = check.scene_in("static.opts", "static")
     rows = check.history("static/static.csv")
     check.that(told.good and rows["kinetic_energy"][rows["stage"] == 1].max() == 0 and rows["kinetic_energy"][-1] > 0, f"statics, then a push: {told.err.strip()}")
     check.that(not np.isnan(rows["newton_iterations"][0]) and np.isnan(rows["newton_iterations"][-1]), "columns of statics end with their stage")
