@@ -100,6 +100,26 @@ def later():
                predicted.of("done") is None, "what make bench reads")
 
 
+def statics():
+    """A static run says how many steps it will make, how long that takes by its first two iterations, and again by its steps."""
+    command = [check.program, "-options_file", check.scene("reissner"), "-dt_size", "1e-4", "-history_every", "1e9", "-output_every", "1e9", "-output_dir", "statics"]
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=check.mpi.ENVIRONMENT | dict(os.environ))
+    told = []
+    for line in process.stdout:
+        if line.startswith("predict"):
+            told.append(line)
+            if line.startswith("predict    after"):
+                break
+    process.kill()
+    process.wait()
+    check.mpi.keep("".join(told))
+    check.need(len(told) == 3 and told[0].startswith("predict    10000 steps, in each a solve;"), f"three predictions of a static run: {told}")
+    first = re.match(r"predict    two iterations of Newton's method took (\S+) s: with 5 in each of 10000 steps about (\S+) (\w+?)s? in all; plastic flow takes more", told[1])
+    check.that(first and 0.8 < float(first[2]) * UNITS[first[3]] / (float(first[1]) * 5 / 2 * 10000) < 1.25, f"by two iterations of five: {told[1].strip()}")
+    later = re.match(r"predict    after (\S+) s: (\S+) of 1 s of the load in (\d+) steps, about (\S+) (\w+?)s? in all with output", told[2])
+    check.that(later and abs(float(later[2]) - 1e-4 * float(later[3])) < 1e-8 and float(later[4]) * UNITS[later[5]] > 0.5 * float(later[1]) / float(later[2]) * 0.1, f"by the steps that were made: {told[2].strip()}")
+
+
 def dry():
     """A dry run: phases with the time of a step and of all; other numbers of processes only with -report_processes."""
     plain = check.must(*DISKS, "-dry_run").out
@@ -155,6 +175,6 @@ def pool():
     check.fault(None if REST or set(noted) == {True, False} else "one remedy was not told")
 
 
-for part in (words, steps, pool) if REST else (words, steps, phases, later, dry, pool):
+for part in (words, steps, pool) if REST else (words, steps, phases, later, statics, dry, pool):
     part()
 check.end()

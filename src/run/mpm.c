@@ -274,6 +274,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMCheckpointNote(&mpm->checkpoint));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
+  mpm->report.t = core->t;
   while (!MPMEnds(mpm) && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 

@@ -44,7 +44,8 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
     PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
     PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
     if (framed && strcmp(frame, "total"))
-      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame",
+      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame: leave it out, or where "
+                        "matter flows far take -method_time explicit with -damping_kinetic",
                      frame, time);
     for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
     if (mpm->preset_given && !mpm->preset->total)

@@ -82,7 +82,7 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Refuse(mpm, time, o));
-  PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
+  PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, &mpm->time, o));
   mpm->method.rate     = 0;
   if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;
   PetscFunctionReturn(PETSC_SUCCESS);

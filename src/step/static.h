@@ -6,6 +6,7 @@
 
 #include <petscsnes.h>
 #include "scene/scene.h"
+#include "step/step.h"
 
 struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
@@ -39,19 +40,21 @@ struct MPMStatic {
   PetscReal  residual;  /* of the last solve, N */
 
   const MPMScene *scene;
+  const MPMTime  *time;
   MPMCore        *core;
   PetscReal       leap;  /* the largest component of the displacement gradient of the step */
   PetscReal       share; /* of gravity at the end of this step */
   PetscBool       bad;   /* the last trial state was turned inside out */
   PetscInt        solve, tangent; /* timers */
   PetscInt        newton, krylov, solves, failed; /* of all steps since the start of this program */
+  PetscLogDouble  began; /* when the first solve did, s */
 };
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
    nodes, and is collective on exchange.data, as is Destroy; Step makes a step from core->t over params.dt: if there is no
    equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
    solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
-PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, const MPMTime *, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *);
 PetscErrorCode MPMStaticStep(MPMCore *);
 PetscErrorCode MPMStaticCheckOptions(MPMCore *);

@@ -6,7 +6,7 @@
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
-PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
 {
   struct MPMStatic *s;
   PetscBool         set;
@@ -17,7 +17,8 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
   core->implicit = s;
   s->core        = core;
   s->scene       = scene;
-  s->ramp        = end;
+  s->time        = when;
+  s->ramp        = when->end;
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsReal(o, "method_gamma", NULL, &s->gamma, &set));
