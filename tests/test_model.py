@@ -110,28 +110,12 @@ holds("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
 
-# ---- The same numbers for the report, by the program that answers questions about the model
-asked = open("output/disks.model").read() + f"parts {particles} 1000 0 0 1\nstep {particles} 1000 0 0 1\nclear\nstep {particles} 1000 0 0 1\n"
-asked += "reduction 1e-3\nwire 1e-6\nmessage 2e-3\npost 1e-4\n" + "".join(f"direct {k}\nparts 0 0 0 0 {p} 2 1e9\n" for k in (0, 1) for p in (4, 2048))
-predict = os.path.join(os.path.dirname(calibrate), "predict")
-answers = mpi.launch.run([predict, *scene, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input=asked, capture_output=True, text=True, timeout=60)
-facts, _, answers = answers.stdout.partition("ready\n")
-answers = answers.splitlines() + [""] * 7
-parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
-for phase in ("P2G_MASS", "G2P_MOTION", "G2P_STRESS"):
-    holds(f"predict has the same {phase}", abs(parts.get(phase, 0) - predictions(fitted)[phase]) < 0.006 * predictions(fitted)[phase])
-holds("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
-holds("which take no time without constants", answers[2] == "0")
-# 14 collectives, each with a stage for each doubling of the processes, and 5 numbers of 4 B of each process, 3 on more than 1024;
-# or a message for each axis.
-for answer, expected in zip(answers[3:], (14 * 2e-3 + 80e-6, 14 * 11e-3 + 12 * 2048e-6, 4.2e-3, 4.2e-3)):
-    migrate = re.search(r"\bMIGRATE=(\S+)", answer)
-    holds(f"a migration in which nothing moves takes {expected:.6g} s", migrate and abs(float(migrate[1]) - expected) < 1e-12)
-per_cell = {}
-for ppc in ("2,2", "4,2"):
-    described = mpi.launch.run([predict, *scene, "-body_disk1_ppc", ppc, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input="", capture_output=True, text=True, timeout=60)
-    per_cell[ppc] = re.search(r"^method \S+:(\d+):\d+$", described.stdout, re.M)[1]
-holds("a method has the particles of a cell, of as many axes as there are", per_cell == {"2,2": "4", "4,2": "8"}, per_cell)
+# ---- A file written by hand, for a cluster that is not there, may name any method, but has to have all phases
+with open("output/disks.model") as file, open("any.model", "w") as by_hand:
+    by_hand.write(re.sub(r"\nmethod .*\nfrom .*", "\nmethod any\nfrom a guess", file.read()))
+guessed = run("-model_file", "any.model", "-body_disk1_ppc", "4,2")
+holds("a file for any method is used", "constants a guess" in guessed and "note " not in guessed)
+holds("but not without a phase of the scene", "any.model is damaged" in run("-model_file", "any.model", "-method_update", "usl"))
 
 # ---- Files that do not fit, or are not there
 for what, options in (("with another update, transfer or material, or more or fewer particles a cell", ("-method_update", "usl")),
