@@ -323,6 +323,8 @@ def numbers():
     out["c_simulated"] = span(one[s] / data.constants(s)["T1"] for s in BOXES)
     two = [one / q for one, *both in one_and_two().values() for q in both]
     out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(5e4).values(), "{:.1f}")}
+    small = {(r["update"], r["processes"]): r["min_ns"] for r in data.rows("bench/presets.csv") if r["basis"] == "disks"}
+    out["two_small"] = span(small[word, 1] / ns for (word, p), ns in small.items() if p == 2)
     out["bench_when"] = next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10]
     for name, word, form in (("twin", "serial", "{:.0f}"), ("warp", "Warp", "{:.1f}")):
         out[name] = span((q for (what, _), found in gains().items() if word in what for q in found), form)
