@@ -125,7 +125,7 @@ BOX = [
 
 def command(*words, predictor=os.path.join(BUILD, "predict")):
     words = [*TOOL, *words, "--predictor", predictor]
-    return subprocess.run(words, capture_output=True, text=True, timeout=60)
+    return subprocess.run(words, capture_output=True, text=True, timeout=check.TIMEOUT)
 
 
 told = command(*BOX, "1e6")
