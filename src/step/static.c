@@ -10,7 +10,7 @@
 #define USUAL    5     /* iterations of Newton's method in a step */
 #define LONG     1     /* s: a run that takes as long is foretold by its first two iterations */
 
-/* Sets the displacements of the nodes to those of a vector, and their velocities to those after a step to these; or, if it is where
+/* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to those after a step to these; or, if it is where
    they were as the step began, to those of then. Without inertia these are 0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
 {
@@ -26,7 +26,7 @@ static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
       const PetscInt k     = q * dim + d;
       PetscReal     *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
 
-      state[d]       = u[k];
+      state[d]       = s->core->grid.total ? u[k] : u[k] / s->core->params.dt; /* a velocity in the updated frame */
       state[dim + d] = !s->M ? 0 : from == s->was ? v[k] : MPMStaticVelocity(s, k, u[k] - was[k], v[k]);
     }
   if (s->M) PetscCall(VecRestoreArrayRead(s->v, &v));
@@ -246,11 +246,32 @@ static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
   PetscScalar   *u;
 
   PetscFunctionBeginUser;
+  PetscCall(VecSet(to, 0));
+  if (!s->core->grid.total) PetscFunctionReturn(PETSC_SUCCESS); /* they are those of the step */
   PetscCall(VecGetArray(to, &u));
   for (PetscInt q = 0; q < s->n; q++)
     for (PetscInt d = 0; d < dim; d++)
       u[q * dim + d] = s->core->exchange.patch.state[s->node[q] * MPM_MOTION_NC(dim) + d];
   PetscCall(VecRestoreArray(to, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ends a step of the updated frame: moves the particles, which stay at rest, and F-bar begins anew. */
+static PetscErrorCode Move(struct MPMStatic *s)
+{
+  MPMCore       *core   = s->core;
+  const PetscInt fields = MPM_BIT(v) | MPM_BIT(bar);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  if (core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPhaseRun(core, core->program[3]));
+  core->status.v2 = 0;
+  s->stale        = PETSC_TRUE;
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(PetscArrayzero(view.v, view.n * core->grid.dim));
+  for (PetscInt p = 0; p < view.n && view.bar; p++) view.bar[p] = 1;
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -358,5 +379,6 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   PetscCall(MPMStaticPush(s, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, MPMStaticShare(s, core->t + 0.5 * core->params.dt)));
+  PetscCall(Move(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
