@@ -125,7 +125,7 @@ for what, options in (("with another update, transfer or material, or more or fe
     note = re.search(rf"^note       output/disks.model was measured {what}, so rough constants predict times; "
                      r"make calibrate SCENE=<options file> measures those of this scene$", other, re.M)
     holds(f"a file measured {what} is not used, and the run says so at the start", note and note.start() < other.find("\npredict ") < other.find("\ndone ") and
-          "(rough constants)" in other and "constants rough" in other)
+          "(rough constants;" in other and "constants rough" in other)
 bar = run("-model_file", "output/disks.model", scene=["-options_file", check.scene("bar"), "-time_max_steps", "2"])
 holds("or in another dimension", "disks.model was measured in another dimension, so" in bar)
 holds("one line says so", other.count("disks.model") == 1)
@@ -164,8 +164,8 @@ found = run("-output_name", "newest")
 holds("and another where that does not fit, without a word", re.search(predicted, found, re.M)[1] == "output/disks.model" and "note " not in found)
 holds("on several processes too", re.search(predicted, run("-output_name", "renamed", n=2), re.M)[1] == "output/disks.model")
 other = run("-output_name", "renamed", "-method_update", "usl")
-holds("files of other methods and names are passed over", "(rough constants)" in other and "note " not in other)
-holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants)" in run("-model_file", "lanes.model"))
+holds("files of other methods and names are passed over", "(rough constants;" in other and "note " not in other)
+holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants;" in run("-model_file", "lanes.model"))
 with open("single.model", "w") as file, open("output/disks.model") as whole:
     file.write(re.sub(r"\nfrom .*", r"\nfrom calibrated on 1 process (messages rough), today", re.sub(r"\nwithin .*", "", whole.read())))
 holds("messages that were not measured count where there are any", "a factor of 1.3 " in run("-model_file", "single.model") and "a factor of two " in run("-model_file", "single.model", n=2))

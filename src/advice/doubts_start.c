@@ -172,7 +172,7 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
                            (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
     char            why[MPM_TEXT_LEN];
 
-    if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
+    if (b->source.on || !(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
     MPMFitTell(b, grid, shape, why);
     PetscCall(MPMWarn(&core->print,
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT ", and its shape %.3g: %s", b->name,

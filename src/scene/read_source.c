@@ -3,13 +3,12 @@
 #include "scene/source.h"
 
 /* Reads one source, after its body. */
-static PetscErrorCode Read(const MPMCore *core, MPMOptions o, MPMBody *b)
+static PetscErrorCode Read(PetscInt dim, MPMOptions o, MPMBody *b)
 {
-  const PetscInt dim = core->grid.dim;
-  MPMSource     *s   = &b->source;
-  PetscReal      v[3] = {0};
-  PetscInt       axes = 0;
-  char           text[MPM_TEXT_LEN] = "";
+  MPMSource *s    = &b->source;
+  PetscReal  most = 0, lower[3], upper[3];
+  PetscInt   axes = 0, axis = 0;
+  char       text[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsReal(o, "source_<b>_from", b->name, &s->from, NULL));
@@ -18,25 +17,27 @@ static PetscErrorCode Read(const MPMCore *core, MPMOptions o, MPMBody *b)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!(s->to > s->from))
     MPMOptionsFail(o, "-source_%s_to %g must be later than -source_%s_from %g", b->name, (double)s->to, b->name, (double)s->from);
-  if (b->region.type != MPM_REGION_box || b->region.others)
-    MPMOptionsFail(o, "-sources: the body %s must be a box that no other cuts", b->name);
-  if (!b->velocity || strspn(text, "+-.,0123456789eE \t") != strlen(text)) {
+  if (b->region.others) MPMOptionsFail(o, "-sources: the body %s may not be cut or limited by others", b->name);
+  if (b->velocity && strspn(text, "+-.,0123456789eE \t") == strlen(text))
+    PetscCall(MPMExpressionEvaluate(b->velocity, dim, b->region.lower, NULL, 0, s->v));
+  for (PetscInt d = 0; d < dim; d++) most = PetscMax(most, PetscAbsReal(s->v[d]));
+  if (!(most > 0)) {
     MPMOptionsFail(o, "-sources: -body_%s_velocity must be numbers, one of them not 0", b->name);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MPMExpressionEvaluate(b->velocity, dim, b->region.lower, NULL, 0, v));
   for (PetscInt d = 0; d < dim; d++) {
-    if (v[d] == 0) continue;
-    s->axis = d;
+    s->speed += PetscSqr(s->v[d] / most);
+    if (s->v[d] == 0) continue;
+    axis = d;
     axes++;
   }
-  if (axes != 1) MPMOptionsFail(o, "-sources: -body_%s_velocity %s is not along one axis", b->name, text);
   s->on    = PETSC_TRUE;
-  s->speed = v[s->axis];
-  s->front = s->speed > 0 ? b->region.upper[s->axis] : b->region.lower[s->axis];
-  if (!(s->front > core->grid.lower[s->axis] && s->front < core->grid.upper[s->axis]))
-    MPMOptionsFail(o, "-sources: the front of %s, at %c = %g, does not lie in the grid", b->name, "xyz"[s->axis], (double)s->front);
-  b->offset[s->axis] = s->front;
+  s->speed = axes > 1 ? most * PetscSqrtReal(s->speed) : most;
+  for (PetscInt d = 0; d < dim; d++) s->along[d] = s->v[d] / s->speed;
+  if (!MPMRegionSweeps(&b->region, dim, s->along))
+    MPMOptionsFail(o, "-sources: the body %s must be a %s; and a polygon in 3-D moves along z, or across it", b->name, MPMRegionsSwept);
+  MPMRegionBounds(&b->region, dim, lower, upper);
+  if (axes == 1) b->offset[axis] = s->v[axis] > 0 ? upper[axis] : lower[axis]; /* a row of the lattice ends at the front */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,21 +60,10 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
     if (!body)
       MPMOptionsFail(o, "-sources %s: no body of that name has particles on a lattice", names[k]);
     else
-      PetscCall(Read(core, o, body));
+      PetscCall(Read(core->grid.dim, o, body));
   }
   if (n == scene->nfilled && n && scene->nbodies == scene->nfilled)
     MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start");
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void MPMSourceExtend(MPMBody *b)
-{
-  MPMSource      *s = &b->source;
-  const PetscReal layer = b->b[s->axis], length = (s->to - s->from) * PetscAbsReal(s->speed);
-
-  s->layers = (PetscInt)PetscCeilReal(length / layer * (1 - 1e-12));
-  b->region.lower[s->axis] = s->front - (s->speed > 0 ? (PetscReal)s->layers * layer : 0);
-  b->region.upper[s->axis] = s->front + (s->speed > 0 ? 0 : (PetscReal)s->layers * layer);
-  b->v2                    = s->speed * s->speed;
 }
