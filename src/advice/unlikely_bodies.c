@@ -325,7 +325,7 @@ PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!(dt > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[load->body][d] + look->upper[load->body][d]);
   for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
-    const PetscReal t  = 0.3 * look->time->end + dt * ((PetscReal)j + 0.2 * PetscSqrtReal(1 + (PetscReal)j) / STEPS);
+    const PetscReal part = 0.618 * (PetscReal)j, t = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
     PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
 
     if (MPMExpressionEvaluate(load->value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;

@@ -1,6 +1,9 @@
-/* read_source.c - reads which bodies flow in (-sources), before the first step. */
+/* read_source.c - reads which bodies flow in (-sources), before the first step; in which layers their particles are, and where
+   these enter. */
 #include <strings.h>
 #include "scene/source.h"
+
+#define AHEAD 2 /* cells: what enters does so as far before an end of the grid, to which it moves */
 
 /* Reads one source, after its body. */
 static PetscErrorCode Read(PetscInt dim, MPMOptions o, MPMBody *b)
@@ -66,4 +69,45 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
     MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start");
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt MPMSourceLayer(const MPMBody *b, PetscInt dim, const PetscReal place[])
+{
+  PetscReal at = 0;
+
+  (void)MPMRegionLeaves(&b->region, dim, place, b->source.along, &at);
+  return PetscMin(b->source.layers - 1, (PetscInt)PetscFloorReal(at / b->source.layer));
+}
+
+PetscReal MPMSourceTime(const MPMBody *b, PetscInt layer)
+{
+  return b->source.from + (PetscReal)layer * (b->source.layer / b->source.speed);
+}
+
+void MPMSourceExtend(MPMBody *b, PetscInt dim)
+{
+  MPMSource      *s      = &b->source;
+  const PetscReal length = (s->to - s->from) * s->speed;
+
+  for (PetscInt d = 0; d < dim; d++) s->layer += s->along[d] * s->along[d] * b->b[d];
+  s->layers       = (PetscInt)PetscCeilReal(length / s->layer * (1 - 1e-12));
+  b->region.sweep = (PetscReal)s->layers * s->layer;
+  b->v2           = s->speed * s->speed;
+  for (PetscInt d = 0; d < dim; d++) b->region.along[d] = s->along[d];
+}
+
+void MPMSourceCheck(const MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal place[], const PetscReal X[])
+{
+  const MPMGrid  *grid = &core->grid;
+  const PetscReal moved = b->source.speed * (MPMSourceTime(b, MPMSourceLayer(b, grid->dim, place)) - b->source.from);
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal x = X[d] + moved * b->source.along[d], ahead = AHEAD * grid->h[d] * b->source.along[d];
+
+    if (grid->periodic[d] || (PetscMin(x, x + ahead) >= grid->lower[d] && PetscMax(x, x + ahead) < grid->upper[d])) continue;
+    MPMOptionsFail(o,
+                   "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g, and has to reach two "
+                   "cells farther where it moves; see -body_%s_shape",
+                   b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b->name);
+  }
 }

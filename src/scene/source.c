@@ -9,56 +9,12 @@
 #include "scene/lattice.h"
 #include "scene/source.h"
 
-#define AHEAD 2 /* cells: what enters does so as far before an end of the grid, to which it moves */
-
-/* Returns the layer, from 0 on, in which a place of a source's lattice lies; and when a layer enters, s. */
-static PetscInt LayerOf(const MPMBody *b, PetscInt dim, const PetscReal place[])
-{
-  PetscReal at = 0;
-
-  (void)MPMRegionLeaves(&b->region, dim, place, b->source.along, &at);
-  return PetscMin(b->source.layers - 1, (PetscInt)PetscFloorReal(at / b->source.layer));
-}
-
-static PetscReal TimeOf(const MPMBody *b, PetscInt layer)
-{
-  return b->source.from + (PetscReal)layer * (b->source.layer / b->source.speed);
-}
-
-void MPMSourceExtend(MPMBody *b, PetscInt dim)
-{
-  MPMSource      *s      = &b->source;
-  const PetscReal length = (s->to - s->from) * s->speed;
-
-  for (PetscInt d = 0; d < dim; d++) s->layer += s->along[d] * s->along[d] * b->b[d];
-  s->layers       = (PetscInt)PetscCeilReal(length / s->layer * (1 - 1e-12));
-  b->region.sweep = (PetscReal)s->layers * s->layer;
-  b->v2           = s->speed * s->speed;
-  for (PetscInt d = 0; d < dim; d++) b->region.along[d] = s->along[d];
-}
-
-void MPMSourceCheck(const MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal place[], const PetscReal X[])
-{
-  const MPMGrid  *grid = &core->grid;
-  const PetscReal moved = b->source.speed * (TimeOf(b, LayerOf(b, grid->dim, place)) - b->source.from);
-
-  for (PetscInt d = 0; d < grid->dim; d++) {
-    const PetscReal x = X[d] + moved * b->source.along[d], ahead = AHEAD * grid->h[d] * b->source.along[d];
-
-    if (grid->periodic[d] || (PetscMin(x, x + ahead) >= grid->lower[d] && PetscMax(x, x + ahead) < grid->upper[d])) continue;
-    MPMOptionsFail(o,
-                   "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g, and has to reach two "
-                   "cells farther where it moves; see -body_%s_shape",
-                   b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b->name);
-  }
-}
-
 /* Returns how many layers have entered by time t. */
 static PetscInt Entered(const MPMBody *b, PetscReal t)
 {
   PetscInt n = b->source.entered;
 
-  while (n < b->source.layers && TimeOf(b, n) <= t) n++;
+  while (n < b->source.layers && MPMSourceTime(b, n) <= t) n++;
   return n;
 }
 
@@ -136,7 +92,7 @@ static PetscErrorCode Make(const MPMScene *scene, const MPMCore *core, const MPM
         PetscInt  base[3], parts, layer;
 
         MPMLatticePlace(&w, w.ijk[dim - 1] + q, place);
-        layer = LayerOf(b, dim, place);
+        layer = MPMSourceLayer(b, dim, place);
         if (layer < first || layer >= last) continue;
         parts = MPMCut(b, dim, place, X);
         for (PetscInt d = 0; d < dim; d++) X[d] += s->v[d] * (core->t - s->from);
