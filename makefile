@@ -190,7 +190,7 @@ studies: ## tables and figure of docs/choosing.md and docs/choosing-data.md anew
 calibrate: ## measure the constants of the cost model for SCENE=options/x.opts on NP=2 processes; CALIBRATE="-model_file x": more options
 	$(if $(SCENE),,$(error make calibrate needs a scene: make calibrate SCENE=options/disks.opts [NP=2]))
 	@tools/install.sh run
-	+@$(again) $(BUILD)/calibrate $(BUILD)/predict
+	+@$(again) $(BUILD)/calibrate
 	$(MPIEXEC) -n $(or $(NP),2) $(BUILD)/calibrate -options_file $(SCENE) $(CALIBRATE)
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
@@ -246,15 +246,15 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 	@$(after)
 
-pages: $(PEBBLE) $(BUILD)/predict
-	@$(python) tools/report/constants.py --pebble $(program) --predictor $(BUILD)/predict
+pages: $(PEBBLE)
+	@$(python) tools/report/constants.py --pebble $(program)
 	@$(python) tools/report/report.py
 
 # ---- Building. A line a file; V=1 shows the commands.
@@ -264,7 +264,7 @@ count = $(if $(V),,@printf '  %-5s [%d/%d] %s\n' CC "$$(ls $(objects) 2>/dev/nul
 # What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
 keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 
-objects: $(objects) $(BUILD)/calibrate $(BUILD)/predict
+objects: $(objects) $(BUILD)/calibrate
 
 # A copy, so that ./pebble is always the one of the last make, whatever its compiler.
 ifneq ($(PEBBLE),$(BUILD)/pebble)
@@ -288,9 +288,7 @@ $(BUILD)/fuzz_%: tests/fuzz_%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 	$(call say,TOOL) $(compile) -o $@ $< $(rpath) $(libraries)
 
-$(BUILD)/calibrate: $(wildcard tools/calibrate/*.[ch])
-$(BUILD)/predict: tools/report/predict.c
-$(BUILD)/calibrate $(BUILD)/predict: $(filter-out $(BUILD)/run/main.o,$(objects))
+$(BUILD)/calibrate: $(wildcard tools/calibrate/*.[ch]) $(filter-out $(BUILD)/run/main.o,$(objects))
 	$(call say,TOOL) $(filter-out -MMD -MP,$(compile)) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)

@@ -41,7 +41,6 @@ NOT_RUN = [
     (r"make PETSC_DIR", "needs another PETSc"),
     (r"make DEBUG=1", "a minute of compiling; `make debug` does it"),
     (r"make calibrate", "the test `model` runs it"),
-    (r"\.venv/bin/python tools/report/short_model\.py", "needs a calibration of this machine; the test `short_model` runs it"),
     (r"(\S+ |mpiexec -n \d+ )?build/", "programs beside ./pebble: the tests that need them build and run them"),
     (r"make bench", "eleven minutes to an hour, on two free cores"),
     (r"make paper", "minutes"),

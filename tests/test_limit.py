@@ -49,22 +49,25 @@ def study(scene, *words):
 
 
 def factors(scene, *words):
-    """On each grid, from the table."""
+    """On each grid, from the table; and the range that the study tells."""
     told = study(scene, "-output_dir", ".", *words)
-    if told.status:
+    found = re.search(r"^limit +(\S+) to (\S+):", told.out, re.M)
+    if told.status or not found:
         check.that(False, f"{scene}: {told.out[-600:]}{told.err[-600:]}")
-        return []
-    return [float(row["factor"]) for row in check.rows(os.path.basename(scene).replace(".opts", "_limit.csv"))]
+        return [], (0, 0)
+    return [float(row["factor"]) for row in check.rows(os.path.basename(scene).replace(".opts", "_limit.csv"))], (float(found[1]), float(found[2]))
 
 
-def beside(name, found, known, allowed):
-    """allowed: below and above, as parts of what is known."""
-    offs = [value / known - 1 for value in found]
+def beside(name, found, known, allowed, whole=1):
+    """allowed: below and above, as parts of what is known; whole: what a factor of 1 is, as `known` is told."""
+    values, (low, high) = [whole * value for value in found[0]], (whole * end for end in found[1])
+    offs = [value / known - 1 for value in values]
     check.that(
         bool(offs) and all(-allowed[0] <= off <= allowed[1] for off in offs),
-        f"{name:<58} {' '.join(f'{value:.4f}' for value in found)}   known {known:.4f}, off by {' '.join(f'{100 * off:+.1f}' for off in offs)} %, "
+        f"{name:<58} {' '.join(f'{value:.4f}' for value in values)}   known {known:.4f}, off by {' '.join(f'{100 * off:+.1f}' for off in offs)} %, "
         f"allowed -{100 * allowed[0]:g} to +{100 * allowed[1]:g} %",
     )
+    check.that(low <= known <= high and high - low < 0.35 * known, f"{name:<58} the range has what is known: {low:.4g} to {high:.4g}")
 
 
 def block(name, *more):
@@ -148,7 +151,7 @@ def footing():
     """Prandtl's 2 + pi, on half a footing of half width 1."""
     scene = box("footing", "6,3.5", 0.25, "-bc_xmax_type slip", "-bc_ymin_type fixed", *pressed("ymax", "8*t*(X<1)"), shape=["-body_b_shape box", "-body_b_lower 0,0", "-body_b_upper 6,3"],
                 model=clay(1, 1e3))  # fmt: skip
-    beside("strip footing, 4 and 8 cells in half its width, q/c", [8 * value for value in factors(scene, "--levels", "2")], 2 + math.pi, (0.025, 0.02))
+    beside("strip footing, 4 and 8 cells in half its width, q/c", factors(scene, "--levels", "2"), 2 + math.pi, (0.025, 0.02), 8)
 
 
 def slopes():

@@ -65,7 +65,8 @@ alone = contact(name="disks")
 holds("contact is predicted, whatever will happen, and only where it is declared", touching == apart and touching[0] > 0 and alone[0] == 0 and
       touching[1] > 3 * alone[1], f"{touching} {apart} {alone}")
 fine, shared, block = contact("-grid_cells", "80,80"), contact(n=4), contact(name="dambreak_block")
-holds("twice the cells along a surface take twice the time", 1.8 < fine[1] / touching[1] < 2.3 and 1.8 < fine[0] / touching[0] < 2.6, f"{fine} {touching}")
+nodes = contact("-grid_cells", "80,80", name="disks")  # what the nodes take without contact, four times as long
+holds("twice the cells along a surface take twice the time", 1.8 < (fine[1] - nodes[1]) / (touching[1] - alone[1]) < 2.3 and 1.8 < fine[0] / touching[0] < 2.6, f"{fine} {touching}")
 holds("four processes share the search in 2-D by halves, and each finds the impulses", 0.35 < shared[0] / touching[0] < 0.55 and
       shared[1] > 0.9 * touching[1], f"{shared} {touching}")
 holds("a rigid body counts too", block[0] > 0 and block[1] > 0, f"{block}")
@@ -110,28 +111,12 @@ holds("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
 
-# ---- The same numbers for the report, by the program that answers questions about the model
-asked = open("output/disks.model").read() + f"parts {particles} 1000 0 0 1\nstep {particles} 1000 0 0 1\nclear\nstep {particles} 1000 0 0 1\n"
-asked += "reduction 1e-3\nwire 1e-6\nmessage 2e-3\npost 1e-4\n" + "".join(f"direct {k}\nparts 0 0 0 0 {p} 2 1e9\n" for k in (0, 1) for p in (4, 2048))
-predict = os.path.join(os.path.dirname(calibrate), "predict")
-answers = mpi.launch.run([predict, *scene, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input=asked, capture_output=True, text=True, timeout=check.TIMEOUT)
-facts, _, answers = answers.stdout.partition("ready\n")
-answers = answers.splitlines() + [""] * 7
-parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
-for phase in ("P2G_MASS", "G2P_MOTION", "G2P_STRESS"):
-    holds(f"predict has the same {phase}", abs(parts.get(phase, 0) - predictions(fitted)[phase]) < 0.006 * predictions(fitted)[phase])
-holds("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
-holds("which take no time without constants", answers[2] == "0")
-# 14 collectives, each with a stage for each doubling of the processes, and 5 numbers of 4 B of each process, 3 on more than 1024;
-# or a message for each axis.
-for answer, expected in zip(answers[3:], (14 * 2e-3 + 80e-6, 14 * 11e-3 + 12 * 2048e-6, 4.2e-3, 4.2e-3)):
-    migrate = re.search(r"\bMIGRATE=(\S+)", answer)
-    holds(f"a migration in which nothing moves takes {expected:.6g} s", migrate and abs(float(migrate[1]) - expected) < 1e-12)
-per_cell = {}
-for ppc in ("2,2", "4,2"):
-    described = mpi.launch.run([predict, *scene, "-body_disk1_ppc", ppc, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input="", capture_output=True, text=True, timeout=check.TIMEOUT)
-    per_cell[ppc] = re.search(r"^method \S+:(\d+):\d+$", described.stdout, re.M)[1]
-holds("a method has the particles of a cell, of as many axes as there are", per_cell == {"2,2": "4", "4,2": "8"}, per_cell)
+# ---- A file written by hand, for a cluster that is not there, may name any method, but has to have all phases
+with open("output/disks.model") as file, open("any.model", "w") as by_hand:
+    by_hand.write(re.sub(r"\nmethod .*\nfrom .*", "\nmethod any\nfrom a guess", file.read()))
+guessed = run("-model_file", "any.model", "-body_disk1_ppc", "4,2")
+holds("a file for any method is used", "constants a guess" in guessed and "note " not in guessed)
+holds("but not without a phase of the scene", "any.model is damaged" in run("-model_file", "any.model", "-method_update", "usl"))
 
 # ---- Files that do not fit, or are not there
 for what, options in (("with another update, transfer or material, or more or fewer particles a cell", ("-method_update", "usl")),
@@ -141,7 +126,7 @@ for what, options in (("with another update, transfer or material, or more or fe
     note = re.search(rf"^note       output/disks.model was measured {what}, so rough constants predict times; "
                      r"make calibrate SCENE=<options file> measures those of this scene$", other, re.M)
     holds(f"a file measured {what} is not used, and the run says so at the start", note and note.start() < other.find("\npredict ") < other.find("\ndone ") and
-          "(rough constants)" in other and "constants rough" in other)
+          "(rough constants;" in other and "constants rough" in other)
 bar = run("-model_file", "output/disks.model", scene=["-options_file", check.scene("bar"), "-time_max_steps", "2"])
 holds("or in another dimension", "disks.model was measured in another dimension, so" in bar)
 holds("one line says so", other.count("disks.model") == 1)
@@ -180,8 +165,8 @@ found = run("-output_name", "newest")
 holds("and another where that does not fit, without a word", re.search(predicted, found, re.M)[1] == "output/disks.model" and "note " not in found)
 holds("on several processes too", re.search(predicted, run("-output_name", "renamed", n=2), re.M)[1] == "output/disks.model")
 other = run("-output_name", "renamed", "-method_update", "usl")
-holds("files of other methods and names are passed over", "(rough constants)" in other and "note " not in other)
-holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants)" in run("-model_file", "lanes.model"))
+holds("files of other methods and names are passed over", "(rough constants;" in other and "note " not in other)
+holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants;" in run("-model_file", "lanes.model"))
 with open("single.model", "w") as file, open("output/disks.model") as whole:
     file.write(re.sub(r"\nfrom .*", r"\nfrom calibrated on 1 process (messages rough), today", re.sub(r"\nwithin .*", "", whole.read())))
 holds("messages that were not measured count where there are any", "a factor of 1.3 " in run("-model_file", "single.model") and "a factor of two " in run("-model_file", "single.model", n=2))

@@ -358,6 +358,60 @@ def check_newton():
         check.that(ratio >= 1.5, f"{law} {more}: residuals {' '.join(f'{v / norms[0]:.1e}' for v in norms)}, ratio {ratio:.2f}")
 
 
+UPDATED = ("-method_frame", "updated")
+
+
+def check_updated():
+    """Static steps of the updated frame, whose weights are those of the state as each step begins: a column and beams beside what is
+    known, a footing's limit, Newton's convergence with and without F-bar, displacements on several processes, bits after a restart."""
+    found = {}
+    for basis in ("gimp", "bspline2"):
+        errors = []
+        for n in (16, 32):
+            run("column", ["-grid_lower 0", "-grid_upper 1", f"-grid_cells {n}", "-gravity -1000", "-bc_xmin_type fixed", "-dt_size 0.05", f"-method_basis {basis}",
+                           *(["-method_gimp_update stretch"] if basis == "gimp" else []), *body("box", 1, nu=0, lower=0, upper=1), "-time_end 1"], *UPDATED)
+            first, last = particles("column")
+            X, x = first["x"][:, 0], last["x"][:, 0]
+            integral = lambda z: (z * math.sqrt(1 + z * z) + math.asinh(z) - z * z) / 2
+            errors.append(np.sqrt(np.mean((x - [integral(1) - integral(1 - v) for v in X]) ** 2)))
+        found[basis] = errors
+    check.that(found["gimp"][1] < 1e-4 and found["gimp"][1] < 0.4 * found["gimp"][0] and found["bspline2"][1] < 1e-3,
+               f"column, half as high in the end: errors of places over its height, 16 and 32 cells: {', '.join(f'{k} {v[0]:.1e} {v[1]:.1e}' for k, v in found.items())}")
+    told = run("beam", BEAM, "-grid_h", "0.25,0.25", "-history_walls", "xmin", "-history_every", 0.1, *UPDATED)
+    x, u = moved("beam")
+    end, last = u[x[:, 0] > x[:, 0].max() - 1e-9, 1].mean(), check.history("beam/beam.csv")
+    check.that(abs(end / -0.0077703 - 1) < 0.01, f"beam: the end falls by {-1e3 * end:.4f} mm, 7.7703 by finite elements")
+    check.that(abs(last["reaction_xmin_y"][-1] / 84 - 1) < 1e-6, f"the wall carries {last['reaction_xmin_y'][-1]:.12g} N, the weight is 84 N")
+    check.that(abs(last["energy_residual"][-1]) < 5e-3 * last["strain_energy"][-1], f"of the work of gravity {last['external_work'][-1]:.5g} J, {last['energy_residual'][-1]:.2g} J are missing")
+    long = ["-grid_lower 0,-9.5", "-grid_upper 11,2", "-grid_h 0.5,0.5", "-bc_xmin_type fixed", *body("box", law="vonmises", E="12e6", nu="0.2",
+            rho=1, lower="0,-0.5", upper="10,0.5", ppc="3,3"), "-material_m_yield 1e30", "-method_locking none", "-loads end", "-load_end_body b", "-load_end_type traction",
+            "-load_end_face xmax", "-load_end_value 0,-1e5*t", "-time_end 1", "-dt_size 0.05"]
+    runs = {n: run(f"long{n}", long, *UPDATED, n=n) for n in (1, 2, 3)}
+    x, u = moved("long1")
+    end = u[x[:, 0] > x[:, 0].max() - 1e-9].mean(0)
+    check.that(abs(-end[1] / 8.175 - 1) < 0.03 and abs(-end[0] / 5.480 - 1) < 0.03, f"the long beam's end moves by {end[0]:.3f}, {end[1]:.3f} m; Reissner: -5.480, -8.175")
+    for n in (2, 3):
+        off = np.abs(moved(f"long{n}")[1] - u).max()
+        check.that(off < 1e-5 * 0.5, f"{n} processes and 1: displacements differ by {off:.2g} m")
+        check.that(run(f"long{n}", long, *UPDATED, n=n).digest == runs[n].digest, f"{n} processes: {runs[n].digest} twice")
+    run("longgo", long, *UPDATED, "-time_max_steps", 9, "-checkpoint_every", 0.1)
+    again = run("longgo", long, *UPDATED, "-restart_file", "latest")
+    check.that(again.digest == runs[1].digest, f"restarted: {again.digest}, whole {runs[1].digest}")
+    told = run("footing", FOOTING, "-grid_h", "0.25,0.25", "-dt_retry", 4, *UPDATED, *QUIET, status=3)
+    limit = 8 * float(re.search(r"stopped at step \d+, t=(\S+) s", told.said)[1]) / (2 + math.pi)
+    check.that(0.93 < limit < 1.15, f"the footing carries {limit:.3f} (2 + pi) c")
+    metal = ("-material_m_yield", "0.08")
+    for law, g, more in (("neohookean", 0.02, ()), ("vonmises", 0.02, (*metal, "-method_locking", "none")), ("vonmises", 0.02, metal),
+                         ("neohookean", 0.08, ("-material_m_nu", 0.49, "-method_locking", "fbar")), ("druckerprager", 0.02, ("-material_m_friction_angle", 30, "-material_m_cohesion", 0.02))):
+        scene = ["-grid_lower 0,0", "-grid_upper 7,6", "-grid_cells 7,6", "-bc_ymin_type fixed", f"-gravity {0.4 * g},-{g}", "-loads p", "-load_p_body b", "-load_p_type pressure",
+                 "-load_p_face xmax", "-load_p_value 0.01*t", *body("box", law=law, E=1, rho=1, lower="1,0", upper="5,4"), "-time_end 1", "-dt_size 0.5", "-method_stabilize_factor 0.01"]
+        told = run("newton", scene, "-snes_monitor", "-snes_linesearch_type", "basic", "-snes_rtol", "1e-11", "-snes_max_it", 30, "-dt_strain", 10, *more, *UPDATED, *QUIET)
+        norms = [float(v) for v in re.findall(r"SNES Function norm (\S+)", told.out.rpartition("  0 SNES")[2])]
+        norms = [v for v in norms if v > 1e-12 * norms[0]]
+        ratio = max((math.log(c / b) / math.log(b / a) for a, b, c in zip(norms, norms[1:], norms[2:]) if c < b < a and b < 1e-2 * norms[0]), default=9)
+        check.that(ratio >= 1.5 and len(norms) > 2, f"{law} {more}: second step, residuals {' '.join(f'{v / norms[0]:.1e}' for v in norms)}, ratio {ratio:.2f}")
+
+
 def check_cuts():
     """A column that leans, at 40 places in the grid: with the stabilisation no place is too weak to be solved, and the top sinks
     alike."""

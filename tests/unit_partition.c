@@ -1,7 +1,8 @@
 /* unit_partition.c - how the grid is cut: the histogram sums what was counted; a partition covers every node once, with
    cuts at edges of tiles; its heaviest part of each axis is as light as that of the best of all cuts, and its process
-   grid as cheap as the best of all; the costs are those of the boxes counted one by one; and the largest number of
-   processes is that of a search through all. */
+   grid as cheap as the best of all; the costs are those of the boxes counted one by one; the largest number of processes
+   is that of a search through all; and a migration costs the messages that it has. */
+#include "cost/cost.h"
 #include "kernels/tile_index.h"
 #include "parallel/partition.h"
 #include "unit.h"
@@ -387,6 +388,18 @@ static PetscErrorCode Coarse(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A call of DMSwarmMigrate has 14 collectives, each with a stage for each doubling of the processes, and 5 numbers of 4 B
+   of each process, 3 on more than 1024; direct migration has messages along each axis. */
+static void Migration(void)
+{
+  const MPMModel m = {.reduction = 1e-3, .wire = 1e-6, .message = 2e-3, .post = 1e-4};
+
+  UnitContext("migration");
+  CHECK_NEAR(MPMModelMigrationMessages(&m, PETSC_FALSE, 2, 4), 14 * 2e-3 + 5 * 4 * 4e-6, 1e-12);
+  CHECK_NEAR(MPMModelMigrationMessages(&m, PETSC_FALSE, 2, 2048), 14 * 11e-3 + 3 * 4 * 2048e-6, 1e-12);
+  for (int p = 4; p < 4096; p *= 8) CHECK_NEAR(MPMModelMigrationMessages(&m, PETSC_TRUE, 2, p), 2 * 2.1e-3, 1e-12);
+}
+
 int main(int argc, char **argv)
 {
   static const PetscInt small[3][3] = {{60, 0, 0}, {24, 20, 0}, {14, 10, 12}},
@@ -394,6 +407,7 @@ int main(int argc, char **argv)
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  Migration();
   for (int dim = 1; dim <= 3; dim++)
     for (int round = 0; round < 120; round++) {
       MakeGrid(dim, small[dim - 1], 4);

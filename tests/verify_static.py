@@ -2,7 +2,7 @@
 
 usage: verify_static.py PEBBLE SOURCE MPIEXEC PART
 
-PART: column reissner cylinder footing round motion layer manufactured hertz
+PART: column reissner cylinder footing round motion layer manufactured hertz multigrid
 """
 import math
 import re
@@ -22,10 +22,10 @@ def body(shape, dim, law, **more):
             *(f"-{key} {value}" for key, value in more.items())]
 
 
-def run(name, lines, *options, status=0):
+def run(name, lines, *options, status=0, n=1):
     """A run; the places of particles at first, how they moved, their stresses, shares of time, and what the run said."""
     path = check.write(name + ".opts", [*lines, "-method_time static", "-time_end 1", "-checkpoint_wall 0"])
-    told = check.pebble("-options_file", path, "-output_dir", ".", *options, timeout=1200)
+    told = check.pebble("-options_file", path, "-output_dir", ".", *options, n=n, timeout=1200)
     check.fault(None if told.status == status else f"{name}: exit status {told.status}\n{told.said}")
     with h5py.File(name + ".h5") as file:
         steps = sorted(key for key in file if key.startswith("step_"))
@@ -172,6 +172,23 @@ def hertz():
     row(all(abs(f - 1) < 0.07 for f in found), "ball on a floor, force, 2, 4, 9 cells in the contact", " ".join(f"{f:.3f}" for f in found), "1 (Hertz)", "7 %")
 
 
+def multigrid():
+    """Iterations of CG with multigrid (GAMG) for one of Newton's method, to 1e-6, on 1, 2, 3, 4 processes: of a beam twice as long as
+    high, held at one end, and a square block on a floor that holds it, under their weights."""
+    for name, length, wall in (("beam", 2, "xmin"), ("block", 1, "ymin")):
+        counts = {}
+        for n in (32, 64, 128):
+            scene = body("box", 2, "neohookean", material_m_E=1e6, material_m_nu=0.3, body_b_lower="0,0", body_b_upper=f"{length},1", grid_lower="0,-1" if length == 2 else "0,0",
+                         grid_upper=f"{length + 0.5},2", grid_h=f"{length / n},{length / n}", gravity="0,-0.1", dt_size=1, **{f"bc_{wall}_type": "fixed"})
+            for processes in (1, 2, 3, 4):
+                _, _, told = run(f"{name}{n}", scene, "-ksp_type", "cg", "-pc_type", "gamg", n=processes)
+                newton, linear = map(int, re.search(r"^static .* with (\d+) Newton and (\d+) linear", told.out, re.M).groups())
+                counts[n, processes] = linear / newton
+        for processes in (1, 2, 3, 4):
+            of = [counts[n, processes] for n in (32, 64, 128)]
+            row(max(of) - of[0] <= 3, f"{name}, multigrid on {processes}, 32, 64, 128 cells", " ".join(f"{c:.1f}" for c in of), "", "3 more")
+
+
 [part] = check.arguments(__doc__, 1)
-{"column": column, "reissner": reissner, "cylinder": cylinder, "footing": footing, "round": round, "motion": motion, "layer": layer, "manufactured": manufactured, "hertz": hertz}[part]()
+{"column": column, "reissner": reissner, "cylinder": cylinder, "footing": footing, "round": round, "motion": motion, "layer": layer, "manufactured": manufactured, "hertz": hertz, "multigrid": multigrid}[part]()
 check.end()

@@ -22,7 +22,8 @@ FAILED = r"no equilibrium was found (?:near the last one, at t=\S+ s: that )?at 
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
-REST = 1 / (math.sqrt(2) - 1)  # what finer grids change in all, over the last change, if the error is in proportion to sqrt(h)
+SAFETY = 3.0  # the error of the finer of two grids, over what changed from the coarser one: Roache's index of convergence at the first order
+EARLY = 0.02  # a body that yields so much more than at first, or for which no equilibrium is found, may bear as much more than that
 HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
@@ -65,28 +66,22 @@ def bracket(holds, start, growth, tolerance, least=LEAST, most=MOST):
 
 def estimate(brackets):
     """(lowest, highest, why) of the limit on grids that are ever finer, from the brackets [(low, high)] of grids that are
-    each twice as fine as the one before."""
-    middles, halves = [0.5 * sum(pair) for pair in brackets], [0.5 * (b - a) for a, b in brackets]
-    last, half = middles[-1], halves[-1]
+    each twice as fine as the one before. The error on the finest grid counts on both sides: limits need not fall, or rise,
+    with every grid. A change is not known to be smaller than what the brackets leave open."""
+    low, high = brackets[-1]
     if len(brackets) < 2:
-        return *brackets[-1], "one grid: what smaller cells would change is not known (--levels)"
+        return low, high * (1 + EARLY), "one grid: what smaller cells would change is not known (--levels)"
+    middles, halves = [0.5 * sum(pair) for pair in brackets], [0.5 * (b - a) for a, b in brackets]
     changes = [b - a for a, b in zip(middles, middles[1:])]
-    if abs(changes[-1]) <= halves[-1] + halves[-2]:
-        ends = [end for pair in brackets[-2:] for end in pair]
-        return min(ends), max(ends), "the brackets of the last two grids meet"
+    least = halves[-1] + halves[-2]
     rest = series.rest(changes)
-    if rest:
-        far, unsure = rest
-        why = "extrapolated from the last three grids (Richardson)"
+    if len(brackets) == 2:
+        error, why = SAFETY * max(abs(changes[-1]), least), f"{SAFETY:g} times what changed from the grid before, on both sides; a third grid says more"
+    elif rest:
+        error, why = max(abs(rest[0]) + rest[1], abs(changes[-1]), least), "what finer grids will change by the last three (Richardson), on both sides"
     else:
-        far, unsure = changes[-1] * REST, 0.0
-        why = (
-            "as if the error fell with the square root of h; with three grids there is more to go by"
-            if len(brackets) == 2
-            else "the changes from grid to grid do not fall: a guess, as if the error fell with the square root of h"
-        )
-    ends = [last, last + far - unsure, last + far + unsure]
-    return min(ends) - half, max(ends) + half, why
+        error, why = SAFETY * max(map(abs, [*changes[-2:], least])), f"{SAFETY:g} times the larger of the last two changes, which do not fall, on both sides"
+    return low - error, (high + error) * (1 + EARLY), why
 
 
 def moved(before, after):
@@ -344,7 +339,8 @@ class Limit:
                 say(f"           load {name} is {whole * last['factor']:.4g} N then")
         say(f"limit      {low:.4g} to {high:.4g}: {why}")
         say("uncertain  this range is of the cells and of the bracket alone: not of the strength, the dilation and the shape of the scene. The body counts")
-        say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer)")
+        say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer),")
+        say(f"           which can be before its limit: for that the range goes {100 * EARLY:g} % higher")
 
     def check_grids(self):
         self.each = []

@@ -12,6 +12,7 @@ typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
   PetscLogDouble steps;       /* s of steps at the last look at what the run will take; */
   PetscInt       step;        /* the step then; 0: not looked yet */
+  PetscReal      t;           /* the time then, s, of implicit steps; that at the start of the run */
   PetscReal      told;        /* s that the run will take, as it was told last */
   PetscReal      base;        /* memory of this process before the scene, bytes; 0 where the system does not tell */
   PetscBool      indicator;   /* -report_indicator */
@@ -83,7 +84,7 @@ PetscErrorCode MPMReportPrediction(const MPMCore *, const MPMCost *, const MPMFo
 PetscErrorCode MPMReportLoads(MPMCore *, const MPMScene *, PetscReal end);
 
 /* Prints how long the run will take by the steps that it has made: after a tenth of a second of steps, and where that has
-   changed each time that the run has lasted twice as long (progress.c). Not collective. */
+   changed each time that the run has lasted twice as long (progress.c). Implicit steps say so from the first one on. Not collective. */
 PetscErrorCode MPMReportForecast(MPMReport *, const MPMCore *, const MPMTime *, const MPMMonitor *, const MPMOutput *,
                                  const MPMCost *);
 

@@ -251,6 +251,7 @@ PetscErrorCode MPMMethodWarnings(MPMCore *core, const MPMScene *scene, const MPM
                                  PetscReal dt)
 {
   PetscFunctionBeginUser;
+  if (core->needs.stepped) PetscFunctionReturn(PETSC_SUCCESS); /* nothing moves in time */
   PetscCall(WarnOfSteps(core, method, time, dt));
   PetscCall(WarnOfMethod(core, method, time));
   PetscCall(WarnOfLoss(core, scene, method, dt));

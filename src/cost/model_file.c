@@ -136,13 +136,14 @@ static const char *Differs(const char theirs[], const char ours[])
              : "with another update, transfer or material, or more or fewer particles a cell";
 }
 
-/* Reads a file of constants into *m; wrong [len] gets the reason if it cannot be used, or "". Only one process calls it. */
+/* Reads a file of constants into *m; wrong [len] gets the reason if it cannot be used, or "". The method `any`, of a file
+   that was written by hand, fits every scene whose phases have rates there. Only one process calls it. */
 static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScene *scene, MPMModel *m, char wrong[],
                            size_t len)
 {
   FILE     *file = fopen(path, "r");
   char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN], theirs[2 * MPM_TEXT_LEN] = "";
-  PetscBool sound = PETSC_TRUE;
+  PetscBool sound = PETSC_TRUE, fits;
   int       found = 0, wanted = 0;
 
   PetscFunctionBeginUser;
@@ -160,14 +161,15 @@ static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScen
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
-  for (PetscInt k = 0; k < core->nprogram + core->nrare && !strcmp(theirs, method); k++) { /* was each phase timed? */
+  fits = !strcmp(theirs, method) || !strcmp(theirs, "any") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < core->nprogram + core->nrare && fits; k++) { /* was each phase timed? */
     const MPMRate *r = &m->rate[core->program[k]->timer];
 
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
   }
-  if (strcmp(theirs, method) && found == wanted)
+  if (!fits && found == wanted)
     (void)snprintf(wrong, len, "%.1000s was measured %s", path, Differs(theirs, method));
-  else if (strcmp(theirs, method) || !sound)
+  else if (!fits || !sound)
     (void)snprintf(wrong, len, "%.1000s is damaged, or of another version of pebble", path);
   m->measured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

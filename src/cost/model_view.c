@@ -140,7 +140,7 @@ static PetscErrorCode PrintPool(const MPMModel *m, MPMCore *core, MPMShare s, Pe
   (void)MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, &bound);
   PetscCall(MPMPrint(
       &core->print,
-      "  pool: with these patches no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
+      "  pool: with these patches no number of workers exceeds a speed-up of %.3g; best patches on 8 processes %" PetscInt_FMT
       " cells an axis; ",
       (double)bound, MPMModelPoolEdge(m, core, &s)));
   PetscCall(cross ? MPMPrint(&core->print, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)

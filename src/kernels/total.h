@@ -59,14 +59,19 @@ MPM_INLINE MPMReal MPMMotionAround(const MPMView *particles, const MPMBlockOrder
 }
 
 /* Turns S [dim*dim], Pa, of a vector of particles from lane l on, from a Kirchhoff stress into the first
-   Piola-Kirchhoff stress S F^-T, with the gradient of the motion. */
+   Piola-Kirchhoff stress S F^-T, with the gradient of the motion; in a static step of the updated frame with that of the
+   step, I + H. */
 MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder *o, const MPMBlock *b, PetscInt l,
                          MPMReal *S)
 {
   MPMReal F[9], back[9], P[9];
 
-  if (particles->bar) MPMMotionGradient(dim, particles, o, l, F);
-  for (int k = 0; k < dim * dim && !particles->bar; k++) F[k] = MPMRead(&b->F[k][l]);
+  if (particles->H) {
+    MPMLoad(dim * dim, particles->H, o, l, F);
+    for (int k = 0; k < dim * dim; k += dim + 1) F[k] = F[k] + 1.0;
+  } else if (particles->bar)
+    MPMMotionGradient(dim, particles, o, l, F);
+  for (int k = 0; k < dim * dim && !particles->H && !particles->bar; k++) F[k] = MPMRead(&b->F[k][l]);
   MPMInverse(dim, F, back);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {

@@ -45,7 +45,7 @@ enum {
   MPM_P2G_VOLUME   = 16384, /* alone: volumes and pressures of fluids, volume.h; with MPM_AFFINE: and its slope */
   MPM_G2P_VOLUME   = 32768, /* alone: relaxes the volumes of fluids */
   MPM_P2G_ROUND    = 65536, /* with mass: that of nodes along r, round.h */
-  MPM_P2G_TOTAL    = 131072, /* with forces: of the first Piola-Kirchhoff stress, in the total frame (total.h) */
+  MPM_P2G_TOTAL    = 131072, /* with forces: of the first Piola-Kirchhoff stress (total.h) */
   MPM_P2G_NODES    = 262144, /* with momentum: sums what the first numbers of the nodes' motion are at the particles */
   MPM_G2P_TOTAL    = 524288  /* alone: x, v, F and material state of the displacements and velocities of nodes */
 };

@@ -23,7 +23,7 @@ PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], Pet
   PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da, lines));
   PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
   PetscCall(PetscObjectSetName((PetscObject)ex->motion, "motion"));
-  if (core->grid.total) {
+  if (core->grid.total || core->implicit) {
     PetscCall(DMCreateLocalVector(ex->da, &ex->state));
     PetscCall(PetscObjectSetName((PetscObject)ex->state, "state"));
     PetscCall(VecGetArray(ex->state, &ex->patch.state)); /* as long as there is the vector */

@@ -30,7 +30,8 @@ typedef struct {
   PetscBool loaded;    /* there are loads on surfaces */
   PetscBool chosen;    /* there are loads on volumes */
   PetscBool rim;       /* there are walls that only push */
-  PetscBool barred;    /* F-bar in the total frame */
+  PetscBool barred;    /* F-bar in the total frame, or in static steps */
+  PetscBool stepped;   /* static steps of the updated frame */
   PetscBool start;     /* the position at the start is needed */
   PetscBool all;       /* every field is present, needed or not (-method_carry all) */
 } MPMNeeds;

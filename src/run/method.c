@@ -31,6 +31,15 @@ static const struct {
     {"particles_leave", "stop", "the nodes have the matter of all particles, which cannot be removed"},
     {"parallel_balance", "start", "no particle changes process, and the cuts of the start stay the best"}};
 
+/* Returns whether steps are static and in the updated frame, once the frame is known. */
+static PetscBool Rests(const MPM mpm)
+{
+  char time[MPM_NAME_LEN] = "";
+
+  (void)PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL);
+  return !mpm->core.grid.total && !strcmp(time, "static") ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Removes an option of a file if another one, `by`, that it does not go with was given on the command line, and adds it
    to mpm->aside. */
 PetscErrorCode MPMMethodPutAside(MPM mpm, const char name[], const char by[])
@@ -67,7 +76,7 @@ PetscErrorCode MPMFrameSetFromOptions(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses what the total frame cannot do, by name and with the reason. */
+/* Refuses what the total frame cannot do, or static steps of the updated one, by name and with the reason. */
 static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
@@ -87,19 +96,20 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                  : !framed               ? "-method_preset balanced"
                  : mpm->preset_given     ? "-method_preset balanced -method_frame updated"
                                          : "-method_frame updated");
-  for (size_t k = 0; k < sizeof updated / sizeof updated[0]; k++)
+  for (size_t k = 0; k < sizeof updated / sizeof updated[0] && mpm->core.grid.total; k++)
     PetscCall(MPMOptionsRefuse(o, updated[k].name, updated[k].neutral, by, updated[k].why));
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
       MPMOptionsFail(
           o,
-          "-material_%s_model %s does not apply with %s: what flows leaves the shape of the start, on which the "
-          "weights are; use %s",
-          scene->materials[k].name, scene->materials[k].type->name, by, use);
+          "-material_%s_model %s does not apply with %s: %s; use %s",
+          scene->materials[k].name, scene->materials[k].type->name, by,
+          mpm->core.grid.total ? "what flows leaves the shape of the start, on which the weights are" : "it has no stiffness in shear", use);
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_separate && (!strcmp(time, "static") || !strcmp(time, "euler"))) continue; /* a bound of nodes */
+    if (type == MPM_WALL_separate && mpm->core.grid.total && (!strcmp(time, "static") || !strcmp(time, "euler")))
+      continue; /* a bound of nodes */
     if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
       MPMOptionsFail(o,
                      "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "
@@ -127,17 +137,18 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the method of the total frame, after the basis; the options of the updated one, which are refused or stand
-   aside, are read all the same, so that their values are checked. */
+/* Sets the method of the total frame, after the basis, and of static steps in the updated one; the options of explicit steps
+   there, which are refused or stand aside, are read all the same, so that their values are checked. */
 static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
 {
   MPMCore  *core = &mpm->core;
-  PetscBool set;
+  PetscBool set, rests;
 
   PetscFunctionBeginUser;
   mpm->method.mass = MPMBasisIsSpline(core->basis) ? mpm->preset->mass : 1;
   PetscCall(MPMOptionsInt(o, "method_mass_order", NULL, &mpm->method.mass, &set));
-  if (!core->grid.total) {
+  rests = Rests(mpm);
+  if (!core->grid.total && !rests) {
     mpm->method.mass = 0;
     if (set && !MPMOptionsOverridden("method_mass_order", "method_frame"))
       MPMOptionsFail(o,
@@ -145,13 +156,14 @@ static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
                      "the full mass matrix to -method_order");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  mpm->method.scheme   = &MPMSchemeTotal;
-  mpm->method.transfer = &MPMTransferTotal;
+  mpm->method.scheme   = rests ? &MPMSchemeStatic : &MPMSchemeTotal;
+  mpm->method.transfer = rests ? &MPMTransferStatic : &MPMTransferTotal;
   PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &mpm->method.rate, &set));
   if (!set) mpm->method.rate = mpm->preset->rate;
   mpm->method.viscosity = 0;
-  core->params.flip = core->params.strain = 1;
-  core->params.light                      = 0;
+  core->params.flip   = mpm->method.transfer->flip;
+  core->params.strain = 1;
+  core->params.light  = 0;
   core->params.order                      = 0;
   core->params.own_inertia              = PETSC_FALSE;
   core->needs.increment = core->needs.affine = core->needs.residual = core->needs.all = PETSC_FALSE;
@@ -358,7 +370,7 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscInt  row;
 
   PetscFunctionBeginUser;
-  (void)snprintf(basis, sizeof basis, "%s", mpm->preset->basis);
+  (void)snprintf(basis, sizeof basis, "%s", Rests(mpm) ? "bspline2" : mpm->preset->basis);
   (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->scenes == MPM_SCENES_elastic ? "stretch" : "none");
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
@@ -425,7 +437,7 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
-  if (mpm->core.grid.total) PetscCall(CheckTotal(mpm, o));
+  if (mpm->core.grid.total || Rests(mpm)) PetscCall(CheckTotal(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadInertia(mpm, o));

@@ -102,7 +102,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.needs.stretched || mpm->core.params.box ||
+  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.implicit || mpm->core.needs.stretched || mpm->core.params.box ||
       mpm->core.energy.on || mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
@@ -149,7 +149,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.barred   = core->grid.total && core->params.box ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.barred   = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.stepped  = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || core->grid.total || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
@@ -274,6 +275,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMCheckpointNote(&mpm->checkpoint));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
+  mpm->report.t = core->t;
   while (!MPMEnds(mpm) && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 

@@ -43,8 +43,9 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
     PetscCall(MPMMethodPutAside(mpm, "method_preset", "method_time"));
     PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
     PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
-    if (framed && strcmp(frame, "total"))
-      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame",
+    if (framed && strcmp(frame, "total") && strcmp(time, "static"))
+      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame: leave it out, or take "
+                        "-method_time explicit, or static",
                      frame, time);
     for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
     if (mpm->preset_given && !mpm->preset->total)
@@ -113,7 +114,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&own, &any));
-  if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((own && !mpm->preset_given) || mpm->core.needs.stepped) PetscFunctionReturn(PETSC_SUCCESS);
   while (strcmp(names[of].name, mpm->preset->name)) of++;
   PetscCall(MPMPrint(&mpm->core.print, "preset     %s:%s -method_basis %s", mpm->preset->name,
                      mpm->preset->total ? " -method_frame total" : "", MPMBasisNames[mpm->core.basis]));

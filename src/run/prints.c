@@ -30,9 +30,11 @@ PetscErrorCode MPMPrintStart(MPM mpm)
     PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
-  if (core->implicit)
+  if (core->implicit) {
     PetscCall(MPMStaticPrint(core));
-  else {
+    PetscCall(MPMPrint(&core->print, "predict    %.6g steps, in each a solve; how long they take is told by the first iterations, and by the first steps\n",
+                       (double)f.steps));
+  } else {
     PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
                        (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
                        (double)MPMCourant(core, f.dt), core->grid.total ? "h/c" : "h/(c+|v|)"));

@@ -21,6 +21,9 @@ static const struct {
     {"mms_type", "none", "known solutions are of motions in time", NULL},
     {"reference_type", "none", "known solutions are of motions in time", NULL}};
 
+/* Options of explicit steps in the updated frame, and the value that does no harm in static ones. */
+static const char *const moving[][2] = {{"method_update", NULL}, {"method_transfer", NULL}, {"method_flip", NULL}, {"method_affine_strain", NULL}, {"method_order", NULL}, {"method_damping_viscosity", NULL}, {"method_wall_inertia", NULL}, {"method_light_nodes", "0"}, {"method_carry", "needed"}, {"initial_stress", "none"}, {"particles_leave", "stop"}, {"sources", "none"}, {"parallel_balance", "start"}};
+
 /* Refuses what a scene has that steps without inertia, or implicit ones with it, cannot do. */
 static PetscErrorCode Refuse(MPM mpm, const char time[], MPMOptions o)
 {
@@ -36,6 +39,10 @@ static PetscErrorCode Refuse(MPM mpm, const char time[], MPMOptions o)
 
     if (why) PetscCall(MPMOptionsRefuse(o, refused[k].name, refused[k].neutral, by, why));
   }
+  for (size_t k = 0; k < sizeof moving / sizeof moving[0] && !mpm->core.grid.total; k++)
+    PetscCall(MPMOptionsRefuse(o, moving[k][0], moving[k][1], by, "nothing moves in time"));
+  if (!mpm->core.grid.total && mpm->core.grid.round)
+    MPMOptionsFail(o, "-geometry axisymmetric does not apply with %s -method_frame updated, whose steps have no strain around the axis: leave -method_frame out", by);
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
     MPMOptionsFail(o, "-parallel_strategy pool does not apply with %s: each iteration would send all particles; use spatial", by);
@@ -82,7 +89,7 @@ PetscErrorCode MPMStaticsRead(MPM mpm, MPMOptions o)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Refuse(mpm, time, o));
-  PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, mpm->time.end, o));
+  PetscCall(MPMStaticSetFromOptions(&mpm->core, &mpm->scene, &mpm->time, o));
   mpm->method.rate     = 0;
   if (!(mpm->time.fixed > 0)) mpm->time.fixed = mpm->time.end / STEPS;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,13 +2,15 @@
    their cell. By it copies get their places in the grid: those that are far from each other share one, so that a scene
    whose bodies are apart costs what it costs with one velocity at a node, and all bits are the same.
 
-   Copies that share a place have two empty tiles between them or more: then they have no node and no box of F-bar in common,
-   and what looks beyond the nodes of a particle (walls on arrival, light nodes) does not reach the other one. */
+   Copies that share a place have an empty tile between them or more: then they have no node and no box of F-bar in common, and
+   an empty node between theirs, so that what looks beyond the nodes of a particle does not reach the other one: light nodes
+   have carriers with mass step by step, and walls on arrival look for ends of matter at nodes without mass alone. */
 #include "step/contact_search.h"
 
-/* Tiles: bodies may touch that have particles in tiles as near as this or nearer; nearer copies must be at different places;
-   copies that are farther are put at the same one, later than they have to be apart, so that they do not change often. */
-enum { TOUCH = 1, PART = 2, MERGE = 3 };
+/* Tiles: bodies may touch that have particles in tiles as near as this or nearer, and their copies must be at different places;
+   copies that are farther than the second number are put at the same one: later than they may be, so that they do not change
+   often. */
+enum { TOUCH = 1, MERGE = 2 };
 
 /* For each copy the other ones (bits) that have a tile as near as this to one of its own. */
 typedef uint32_t Others[MPM_MAX_COPIES];
@@ -152,6 +154,13 @@ PetscBool MPMContactIsNear(const MPMCore *core, PetscInt copy, const PetscInt at
   return PETSC_FALSE;
 }
 
+/* Returns how near tiles have to be for copies to be at different places. The nodes beside a piston of cubic splines are a column of
+   four, which reaches across one empty node: matter behind a piston and before it. */
+static PetscInt PartsAt(const MPMCore *core)
+{
+  return core->pistons && MPMBasisNodes(core->basis) > 3 ? TOUCH + 1 : TOUCH;
+}
+
 /* Returns whether two copies have tiles as near as `by` tiles. */
 static PetscBool AreNear(const MPMCore *core, PetscInt a, PetscInt b, PetscInt by)
 {
@@ -231,7 +240,7 @@ PetscErrorCode MPMContactsSettle(MPMCore *core)
   if (!meet && grid->places < 2) PetscFunctionReturn(PETSC_SUCCESS);
   if (meet) PetscCall(CollectTiles(core));
   core->contacts->near = SetOthers(core, TOUCH, near);
-  (void)SetOthers(core, PART, near);
+  (void)SetOthers(core, PartsAt(core), near);
   for (PetscInt a = 0; a < grid->copies; a++)
     for (PetscInt b = 0; b < a; b++)
       if (near[a] >> b & 1 && grid->place[a] == grid->place[b]) parts = PETSC_TRUE;

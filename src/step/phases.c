@@ -98,8 +98,10 @@ const MPMTransfer MPMTransfers[] = {
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
-const MPMScheme   MPMSchemeTotal = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL};
-const MPMTransfer MPMTransferTotal = {"nodes", "nodes", 1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_TOTAL};
+const MPMScheme   MPMSchemeTotal = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL},
+                MPMSchemeStatic = {"static", "static", PETSC_FALSE, PETSC_TRUE, NULL};
+const MPMTransfer MPMTransferTotal = {"nodes", "nodes", 1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_TOTAL},
+                  MPMTransferStatic = {"displacements", "displacements", 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
@@ -184,6 +186,15 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | B(F33) | (core->needs.barred ? B(bar) : 0);
+    if (core->needs.stepped && k == P2G_FORCE) {
+      phase->parts |= MPM_P2G_TOTAL;
+      phase->particles_in |= B(H);
+    }
+    if (core->needs.stepped && k == G2P_STRESS) phase->particles_out |= B(H);
+    if (core->needs.stepped && core->needs.barred && (k == G2P_STRESS || k == P2G_FORCE)) {
+      phase->particles_in |= B(bar);
+      if (k == G2P_STRESS) phase->particles_out |= B(bar);
+    }
     if ((phase->parts & MPM_G2P_TOTAL) && core->needs.barred) {
       phase->particles_in |= B(bar);
       phase->particles_out |= B(bar);
@@ -208,12 +219,14 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
   }
 }
 
-/* Sets the phases that make the residual of a static step from the displacements of nodes (static.c). */
+/* Sets the phases that make the residual of a static step from the displacements of nodes (static.c); in the updated frame
+   the last one moves the particles in the end. */
 static void StaticProgram(MPMCore *core)
 {
-  const int parts[3] = {PLACE, G2P_TOTAL, P2G_TOTAL};
+  const int total[3] = {PLACE, G2P_TOTAL, P2G_TOTAL}, updated[4] = {PLACE, G2P_STRESS, P2G_FORCE, G2P_MOTION};
 
-  for (PetscInt k = 0; k < 3; k++) core->program[core->nprogram++] = &core->phases[parts[k]];
+  for (PetscInt k = 0; k < (core->grid.total ? 3 : 4); k++)
+    core->program[core->nprogram++] = &core->phases[core->grid.total ? total[k] : updated[k]];
 }
 
 /* Sets the program of a step in the total frame, whose mass matrix has this order: order - 1 corrections of the
@@ -250,7 +263,7 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
-  if (core->grid.total) {
+  if (core->grid.total || core->implicit) {
     if (core->implicit)
       StaticProgram(core);
     else

@@ -216,11 +216,12 @@ static void AddKick(MPMCore *core, const Touch *t, const MPMNode *n, const Petsc
    displacements after and before. */
 static void AddHeld(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal u[], const PetscReal was[])
 {
-  PetscReal J[3], W[3];
+  const PetscBool total = core->grid.total; /* else u are velocities */
+  PetscReal       J[3], W[3];
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     J[d] = core->params.kick * n->p[d];
-    W[d] = n->p[d] * (u[d] - was[d]);
+    W[d] = n->p[d] * (total ? u[d] - was[d] : core->params.dt * u[d]);
   }
   Give(core, t, PETSC_FALSE, J, W);
 }

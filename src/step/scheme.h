@@ -88,9 +88,10 @@ const MPMPhase *MPMStepRecoverPhase(const MPMCore *, PetscInt k);
    of these, correction. */
 const MPMPhase *MPMStepStartPhase(const MPMCore *, PetscInt k);
 
-/* The scheme and the transfer of the total frame, which are no rows of the tables: it has one. */
-extern const MPMScheme   MPMSchemeTotal;
-extern const MPMTransfer MPMTransferTotal;
+/* The scheme and the transfer of the total frame, and those of static steps in the updated one, which are no rows of the
+   tables: each has one. */
+extern const MPMScheme   MPMSchemeTotal, MPMSchemeStatic;
+extern const MPMTransfer MPMTransferTotal, MPMTransferStatic;
 
 /* The kernels of node updates (nodes.c, total.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */

@@ -7,8 +7,10 @@
 
 /* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
 #define WORST    1e100 /* the residual of such a state, N */
+#define USUAL    5     /* iterations of Newton's method in a step */
+#define LONG     1     /* s: a run that takes as long is foretold by its first two iterations */
 
-/* Sets the displacements of the nodes to those of a vector, and their velocities to those after a step to these; or, if it is where
+/* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to those after a step to these; or, if it is where
    they were as the step began, to those of then. Without inertia these are 0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
 {
@@ -24,7 +26,7 @@ static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
       const PetscInt k     = q * dim + d;
       PetscReal     *state = s->core->exchange.patch.state + s->node[q] * MPM_MOTION_NC(dim);
 
-      state[d]       = u[k];
+      state[d]       = s->core->grid.total ? u[k] : u[k] / s->core->params.dt; /* a velocity in the updated frame */
       state[dim + d] = !s->M ? 0 : from == s->was ? v[k] : MPMStaticVelocity(s, k, u[k] - was[k], v[k]);
     }
   if (s->M) PetscCall(VecRestoreArrayRead(s->v, &v));
@@ -122,6 +124,27 @@ PetscErrorCode MPMStaticJacobian(SNES snes, Vec u, Mat A, Mat K, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says after two iterations of the first solve how long the run will take, if it is long. */
+static PetscErrorCode Foretell(struct MPMStatic *s, PetscInt it)
+{
+  const MPMCore *core  = s->core;
+  PetscReal      steps = PetscCeilReal((s->time->end - core->t) / core->params.dt * (1 - 1e-9)), all;
+  PetscLogDouble now;
+  char           words[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  if (s->solves || (it && it != 2)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&now));
+  if (!it) s->began = now;
+  if (s->time->max_steps != PETSC_MAX_INT) steps = PetscMin(steps, (PetscReal)(s->time->max_steps - core->step));
+  all = (now - s->began) / 2 * USUAL * steps;
+  if (!it || all < LONG) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMTimeWords(all, words);
+  PetscCall(MPMSay(&core->print, "predict", "two iterations of Newton's method took %.2g s: with %d in each of %.6g steps about %s in all; plastic flow takes more, and steps that are cut",
+                   now - s->began, USUAL, (double)steps, words));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Newton's method has converged when the residual is a part of the forces that are in equilibrium, those of walls among
    them; not of the first residual, which may be rounding already. */
 PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal step, PetscReal f,
@@ -137,6 +160,7 @@ PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal
   PetscCall(SNESGetTolerances(snes, NULL, &rtol, NULL, &most, NULL));
   s->residual = f;
   *reason     = SNES_CONVERGED_ITERATING;
+  PetscCall(Foretell(s, it));
   if (s->bad)
     *reason = SNES_DIVERGED_FUNCTION_DOMAIN;
   else if (PetscIsInfOrNanReal(f))
@@ -222,11 +246,32 @@ static PetscErrorCode FromNodes(struct MPMStatic *s, Vec to)
   PetscScalar   *u;
 
   PetscFunctionBeginUser;
+  PetscCall(VecSet(to, 0));
+  if (!s->core->grid.total) PetscFunctionReturn(PETSC_SUCCESS); /* they are those of the step */
   PetscCall(VecGetArray(to, &u));
   for (PetscInt q = 0; q < s->n; q++)
     for (PetscInt d = 0; d < dim; d++)
       u[q * dim + d] = s->core->exchange.patch.state[s->node[q] * MPM_MOTION_NC(dim) + d];
   PetscCall(VecRestoreArray(to, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ends a step of the updated frame: moves the particles, which stay at rest, and F-bar begins anew. */
+static PetscErrorCode Move(struct MPMStatic *s)
+{
+  MPMCore       *core   = s->core;
+  const PetscInt fields = MPM_BIT(v) | MPM_BIT(bar);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  if (core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPhaseRun(core, core->program[3]));
+  core->status.v2 = 0;
+  s->stale        = PETSC_TRUE;
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(PetscArrayzero(view.v, view.n * core->grid.dim));
+  for (PetscInt p = 0; p < view.n && view.bar; p++) view.bar[p] = 1;
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -334,5 +379,6 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   PetscCall(MPMStaticPush(s, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, MPMStaticShare(s, core->t + 0.5 * core->params.dt)));
+  PetscCall(Move(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,6 +6,7 @@
 
 #include <petscsnes.h>
 #include "scene/scene.h"
+#include "step/step.h"
 
 struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
@@ -14,6 +15,7 @@ struct MPMStatic {
   PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
   PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
   PetscBool inertia;   /* -method_time euler or newmark */
+  PetscBool stale;     /* particles of the updated frame have moved since the unknowns were found */
   PetscBool checked;   /* the options of PETSc's solvers have been looked at */
   PetscBool symmetric; /* the tangents of all laws */
 
@@ -35,24 +37,27 @@ struct MPMStatic {
   PetscReal  beta, gamma;    /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
   PetscReal  per, held_over; /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
   PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
-  PetscReal  least;     /* N: a norm of this size is rounding */
+  PetscReal  stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
 
   const MPMScene *scene;
+  const MPMTime  *time;
   MPMCore        *core;
   PetscReal       leap;  /* the largest component of the displacement gradient of the step */
   PetscReal       share; /* of gravity at the end of this step */
   PetscBool       bad;   /* the last trial state was turned inside out */
   PetscInt        solve, tangent; /* timers */
   PetscInt        newton, krylov, solves, failed; /* of all steps since the start of this program */
+  PetscLogDouble  began; /* when the first solve did, s */
 };
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
    nodes, and is collective on exchange.data, as is Destroy; Step makes a step from core->t over params.dt: if there is no
    equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
    solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
-PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, PetscReal end, MPMOptions);
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, const MPMTime *, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *);
+PetscErrorCode MPMStaticRenew(struct MPMStatic *); /* in the updated frame, as a step begins: masses, and if particles have moved unknowns, springs and solver */
 PetscErrorCode MPMStaticStep(MPMCore *);
 PetscErrorCode MPMStaticCheckOptions(MPMCore *);
 PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */

@@ -35,7 +35,7 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
 {
   MPMCore       *core   = s->core;
   const MPMGrid *grid   = &core->grid;
-  const PetscInt dim    = grid->dim, fields = MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt dim    = grid->dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(kind) | MPM_BIT(l);
   PetscReal     *own, *inside[3], h = 1;
   Vec            volume;
   PetscScalar   *v;
@@ -46,9 +46,11 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   PetscCall(VecDuplicate(s->u, &volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
+    const PetscReal J = grid->total ? 1 : MPMDet((int)dim, view.F + p * dim * dim);
+
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
-      const PetscScalar part = t.w[i] * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1);
+      const PetscScalar part = t.w[i] * J * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1);
 
       if (t.number[i] >= 0) PetscCall(VecSetValue(volume, t.number[i] * dim, part, ADD_VALUES));
     }
@@ -94,7 +96,7 @@ static PetscReal Around(const struct MPMStatic *s, const PetscInt ijk[], PetscIn
 static PetscErrorCode FindModulus(struct MPMStatic *s, PetscReal modulus[])
 {
   MPMCore       *core = s->core;
-  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l);
   PetscReal     *own;
   Vec            count;
   PetscScalar   *v;

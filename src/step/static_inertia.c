@@ -11,7 +11,7 @@ PetscReal MPMStaticShare(const struct MPMStatic *s, PetscReal t)
 PetscErrorCode MPMStaticMass(struct MPMStatic *s)
 {
   const MPMCore *core = s->core;
-  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l);
   PetscScalar    part[9];
   MPMStaticNodes t;
   MPMView        view;

@@ -17,19 +17,20 @@ void MPMStaticStencil(const struct MPMStatic *s, const MPMView *view, PetscInt p
   const MPMGrid   *grid  = &core->grid;
   const int        dim   = (int)grid->dim;
   const PetscInt   nodes = MPMBasisNodes(core->basis);
+  const PetscReal *place = MPMPlaces(grid, view) + p * dim;
   const PetscReal *l     = MPMHalfWidths(dim, core->params.kinds, view, p);
   PetscReal        xi[3], w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL];
   PetscInt         n[3] = {1, 1, 1};
 
   t->base[0] = t->base[1] = t->base[2] = 0;
-  MPMCoordinates(dim, core->basis, grid, view->X + p * dim, l, xi, t->base);
+  MPMCoordinates(dim, core->basis, grid, place, l, xi, t->base);
   for (int d = 0; d < 3; d++) w[d][0] = 1, g[d][0] = 0;
   for (int d = 0; d < dim; d++) {
     n[d] = nodes;
     MPMBasisWeights(core->basis, xi[d], l[d], t->base[d], grid->cells[d], grid->wall_basis[d], w[d], g[d]);
   }
   t->n = 0;
-  t->r = PetscMax(view->X[p * dim], MPM_ROUND_LEAST * grid->h[0]);
+  t->r = PetscMax(place[0], MPM_ROUND_LEAST * grid->h[0]);
   for (PetscInt k = 0; k < n[2]; k++)
     for (PetscInt j = 0; j < n[1]; j++)
       for (PetscInt i = 0; i < n[0]; i++, t->n++) {

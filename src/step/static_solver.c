@@ -1,12 +1,13 @@
 /* static_solver.c - the solver of static steps: its options and PETSc's defaults, how it is made and freed, and what a run says of
    it. */
+#include "parallel/exchange.h"
 #include "physics/tangent.h"
 #include "step/static.h"
 
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
-PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, PetscReal end, MPMOptions o)
+PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
 {
   struct MPMStatic *s;
   PetscBool         set;
@@ -17,7 +18,8 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, Pet
   core->implicit = s;
   s->core        = core;
   s->scene       = scene;
-  s->ramp        = end;
+  s->time        = when;
+  s->ramp        = when->end;
   PetscCall(MPMOptionsEnum(o, "method_time", NULL, time, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsReal(o, "method_gamma", NULL, &s->gamma, &set));
@@ -49,13 +51,10 @@ static PetscErrorCode OrderSums(const MPMCore *core, PetscBool on)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticDestroy(MPMCore *core)
+/* Frees what belongs to the places of the particles. */
+static PetscErrorCode Clear(struct MPMStatic *s)
 {
-  struct MPMStatic *s = core->implicit;
-
   PetscFunctionBeginUser;
-  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(OrderSums(core, PETSC_FALSE));
   PetscCall(SNESDestroy(&s->snes));
   PetscCall(MatDestroy(&s->K));
   PetscCall(MatDestroy(&s->ghosts));
@@ -73,6 +72,15 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscCall(PetscFree(s->held));
   PetscCall(PetscFree(s->pressed));
   PetscCall(PetscFree(s->known));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticDestroy(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  if (!core->implicit) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(OrderSums(core, PETSC_FALSE));
+  PetscCall(Clear(core->implicit));
   PetscCall(PetscFree(core->implicit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -109,29 +117,16 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStaticCreate(MPMCore *core)
+/* Makes the unknowns, springs, masses and the solver. */
+static PetscErrorCode Build(struct MPMStatic *s)
 {
-  struct MPMStatic *s     = core->implicit;
-  PetscReal         stiff = 0;
-  PetscInt          unknowns;
+  const MPMCore *core = s->core;
+  PetscInt       unknowns;
 
   PetscFunctionBeginUser;
-  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
-  for (PetscInt k = 0; k < core->params.nmaterials; k++) {
-    const MPMMaterial *m = &core->params.materials[k];
-
-    stiff = PetscMax(stiff, m->lambda + 2 * m->mu);
-    if (m->type->traits & MPM_PLASTIC) s->searches = PETSC_TRUE;
-    if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
-  }
-  for (PetscInt k = 0; k < s->scene->nloads; k++)
-    if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
-  s->least = ROUNDING * stiff;
+  s->least = ROUNDING * s->stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
   if (core->grid.round) s->least *= 2 * PETSC_PI * core->grid.upper[0];
-  PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
-  PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
-  PetscCall(OrderSums(core, PETSC_TRUE));
   PetscCall(MPMStaticNumber(s));
   PetscCall(VecGetSize(s->u, &unknowns));
   s->least *= PetscSqrtReal((PetscReal)unknowns); /* the norm of so many */
@@ -140,6 +135,45 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   if (core->gaps) PetscCall(PetscCalloc1(PetscMax(1, s->n * core->grid.dim), &s->pressed));
   for (int side = 0; side < 2 && core->gaps; side++) PetscCall(VecDuplicate(s->u, &s->bound[side]));
   PetscCall(CreateSolver(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticRenew(struct MPMStatic *s)
+{
+  MPMCore *core = s->core;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPhaseRun(core, MPMStepStartPhase(core, 0)));
+  if (!s->stale) PetscFunctionReturn(PETSC_SUCCESS);
+  s->stale = PETSC_FALSE;
+  PetscCall(MPMTimersBegin(&core->timers, s->solve));
+  PetscCall(Clear(s));
+  PetscCall(PetscArrayzero(core->exchange.patch.state, MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim)));
+  PetscCall(Build(s));
+  PetscCall(MPMTimersEnd(&core->timers, s->solve));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticCreate(MPMCore *core)
+{
+  struct MPMStatic *s = core->implicit;
+
+  PetscFunctionBeginUser;
+  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt k = 0; k < core->params.nmaterials; k++) {
+    const MPMMaterial *m = &core->params.materials[k];
+
+    s->stiff = PetscMax(s->stiff, m->lambda + 2 * m->mu);
+    if (m->type->traits & MPM_PLASTIC) s->searches = PETSC_TRUE;
+    if (!MPMTangentIsSymmetric(m, core->grid.dim)) s->symmetric = PETSC_FALSE;
+  }
+  for (PetscInt k = 0; k < s->scene->nloads; k++)
+    if (s->scene->loads[k].type == MPM_LOAD_PRESSURE) s->symmetric = PETSC_FALSE;
+  PetscCall(MPMTimersPhase(&core->timers, "SOLVE", &s->solve));
+  PetscCall(MPMTimersPhase(&core->timers, "TANGENT", &s->tangent));
+  PetscCall(OrderSums(core, PETSC_TRUE));
+  if (!core->grid.total) PetscCall(core->exchange.type->sweep(core, MPMStepStartPhase(core, 0)));
+  PetscCall(Build(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

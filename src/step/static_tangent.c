@@ -318,6 +318,10 @@ PetscErrorCode MPMStaticParticleTangent(struct MPMStatic *s, MPMStaticLaw *q, co
     for (PetscInt b = 0; b < dim; b++)
       for (PetscInt e = 0; e < dim; e++) D[(a * dim + b) * nc + b * dim + e] -= tau[a * dim + e];
   if (nc > dim * dim) D[nc * nc - 1] -= tau[nc - 1];
+  if (!core->grid.total) { /* the weights are those of the state as the step began */
+    StepGradient(dim, nc, &q->view, q->F, q->F33, p, F);
+    for (PetscInt k = 0; k < nc; k++) F[k] += one[k];
+  }
   for (PetscInt k = 0; k < nc && q->bar; k++) F[k] *= q->bar[p]; /* of the motion */
   Inverse(dim, nc, F, back);
   Turn(dim, nc, back, D);

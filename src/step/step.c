@@ -123,6 +123,7 @@ static PetscErrorCode MakeStatic(MPMCore *core, const MPMScene *scene)
     PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
     PetscCall(FollowEnergy(core, PETSC_TRUE));
   }
+  if (core->needs.stepped) PetscCall(MPMStaticRenew(core->implicit));
   PetscCall(MPMStaticStep(core));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !core->stop[0]) {

@@ -4,7 +4,6 @@ import csv
 import functools
 import os
 import sys
-from dataclasses import replace  # noqa: F401 (for others)
 
 from short_model import Short
 
@@ -50,8 +49,7 @@ def way(row):
 
 def constants(scene):
     """{constant: value} of a scene."""
-    found = {r["constant"]: r["value"] for r in rows("constants.csv") if r["scene"] == scene}
-    return found or sys.exit(f"docs/data/constants.csv has no constants of {scene}")
+    return {r["constant"]: r["value"] for r in rows("constants.csv") if r["scene"] == scene}
 
 
 @functools.cache
@@ -66,16 +64,14 @@ def runs(study, kind):
     program counted. (runs.csv calls what the program printed by a calibration of that day a closed form: it is not used.)"""
     out = []
     for r in rows("scaling/runs.csv"):
-        if r["study"] != study or r["class"] != ("measured" if kind == "measured" else "critical path") or r["efficiency"] == "":
-            continue
-        r = {**r, "class": kind, "way": way(r), "seconds": r["seconds_per_step"]}
-        if kind == "closed form":
-            if r["way"] == SWARM:
-                continue
-            s, p, n = short(r["scene"]), r["processes"], r["particles"]
-            r["seconds"] = s.C * n / s.pool(p) if r["way"] == POOL else s.step(n, p, r["imbalance"])
-            r["efficiency"] = s.C * n / r["seconds"] / p
-        out.append(r)
+        if r["study"] == study and r["class"] == ("measured" if kind == "measured" else "critical path") and r["efficiency"] != "":
+            r = {**r, "class": kind, "way": way(r), "seconds": r["seconds_per_step"]}
+            if kind == "closed form":
+                s, p, n = short(r["scene"]), r["processes"], r["particles"]
+                r["efficiency"] = (s.pool(p) if r["way"] == POOL else s.speedup(n, p, r["imbalance"])) / p
+                r["seconds"] = s.C * n / r["efficiency"] / p
+            if (kind, r["way"]) != ("closed form", SWARM):
+                out.append(r)
     return out
 
 
@@ -96,15 +92,9 @@ def efficiency(scene, study, kind, how=DIRECT):
     return {r["processes"]: r["efficiency"] for r in evidence(study, kind) if (r["scene"], r["way"]) == (scene, how)}
 
 
-def modelled(scene, study, how, column="efficiency"):
+def modelled(scene, study, how="spatial direct", column="efficiency"):
     """{processes: a number of model.csv}; how: `spatial direct`, `spatial swarm` or `pool`."""
     return {r["processes"]: r[column] for r in rows("model.csv") if (r["scene"], r["study"], r["way"]) == (scene, study, how)}
-
-
-def kept(scene, level):
-    """{processes: least particles a process} of cubes that keep an efficiency, by the full model."""
-    some = [r for r in rows("model.csv") if (r["scene"], r["study"], r["efficiency"]) == (scene, "least", level)]
-    return {r["processes"]: r["particles"] for r in some}
 
 
 def pairs(kind):

@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections import defaultdict
 from dataclasses import replace
 
 import matplotlib
@@ -25,56 +24,41 @@ MARKS = {
 STYLE = plots.STYLE | {"font.size": 9.5, "mathtext.fontset": "cm", "lines.linewidth": 1.2, "lines.markersize": 4.5}
 
 
-def ticks(axes, values):
-    axes.set_xticks(values, [f"{v:,}".replace(",", " ") if v < 1e5 else f"$10^{{{len(str(v)) - 1}}}$" for v in values])
-    axes.minorticks_off()
+def known(study, scene):
+    """[(way, class, {processes: efficiency})] of a scene."""
+    found = [(how, kind, data.efficiency(scene, study, kind, how)) for kind in MARKS for how in data.WAYS]
+    if study == "weak":
+        found += [(how, "injected simulation", data.efficiency(scene, "weak-large", "injected simulation", how)) for how in data.WAYS]
+    return [(how, kind, {p: e for p, e in points.items() if p > 1}) for how, kind, points in found]
 
 
-def legend(figure, marks, ways):
-    handles = [plt.Rectangle((0, 0), 1, 1, color=plots.COLOURS[w], label=w) for w in ways]
-    handles += [plt.Line2D([], [], color="0.3", label=label, **style) for label, style in marks.items()]
-    figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4)
-
-
-def efficiency(path, panels, most, columns):
-    """panels: {title: [(way, class, {processes: efficiency})]}"""
-    lines = -(-len(panels) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(7.6, 1 + 2.4 * lines), sharey=True, layout="constrained", squeeze=False)
-    for at, (name, curves) in zip(axes.flat, panels.items()):
-        for how, kind, points in curves:
+def efficiency(path, study, names, columns, ticks, lines):
+    """Efficiency against processes, a panel for each scene; lines: {scene: closed form of spatial decomposition} beside the known ones."""
+    figure, axes = plt.subplots(len(names) // columns, columns, figsize=(7.6, 1 + 2.4 * len(names) // columns), sharey=True, layout="constrained", squeeze=False)
+    for at, s in zip(axes.flat, names):
+        of = [(DIRECT, "closed form", lines[s])] if s in lines else []
+        for how, kind, points in [c for c in known(study, s) if c[2] and not (of and c[:2] == of[0][:2])] + of:
             at.plot(*zip(*sorted(points.items())), color=plots.COLOURS[how], **MARKS[kind])
         at.set_xscale("log", base=2)
-        ticks(at, [v for v in ((1, 2, 4, 8, 16, 32) if most == 32 else (1, 8, 64, 1024, 32768, 1000000)) if v <= most])
+        at.set_xticks(ticks, [f"{v:,}".replace(",", " ") if v < 1e5 else f"$10^{{{len(str(v)) - 1}}}$" for v in ticks])
+        at.minorticks_off()
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
-        at.set(title=name, xlabel="processes", ylim=(0, 1.15))
+        at.set(title=title(s), xlabel="processes", ylim=(0, 1.15))
     for at in axes[:, 0]:
         at.set(ylabel="efficiency")
-    legend(figure, MARKS, data.WAYS)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=plots.COLOURS[w], label=w) for w in data.WAYS]
+    handles += [plt.Line2D([], [], color="0.3", label=label, **style) for label, style in MARKS.items()]
+    figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4)
     plots.save(figure, path)
 
 
-def curves(study, scene):
-    """What is known of a scene: [(way, class, {processes: efficiency})], the closed form last."""
-    for kind in ("measured", "critical path", "injected simulation", "emulated simulation", "closed form"):
-        for how in data.WAYS:
-            points = {p: e for p, e in data.efficiency(scene, study, kind, how).items() if p > 1}
-            if kind == "injected simulation" and study == "weak":
-                points |= {p: e for p, e in data.efficiency(scene, "weak-large", kind, how).items() if p > 1}
-            if points:
-                yield how, kind, points
-
-
 def strong(path):
-    efficiency(path, {title(s): list(curves("strong", s)) for s in SCENES}, 32, 3)
+    efficiency(path, "strong", list(SCENES), 3, data.PROCESSES, {})
 
 
 def weak(path):
-    panels = {}
-    for s in BOXES:
-        line = {2**k: data.short(s).efficiency(data.WEAK, 2**k) for k in range(21)}
-        known = [c for c in curves("weak", s) if c[:2] != (DIRECT, "closed form")]
-        panels[f"{title(s)}, 16 384 particles a process"] = [*known, (DIRECT, "closed form", line)]
-    efficiency(path, panels, 1000000, 2)
+    lines = {s: {2**k: data.short(s).efficiency(data.WEAK, 2**k) for k in range(21)} for s in BOXES}
+    efficiency(path, "weak", BOXES, 2, (1, 8, 64, 1024, 32768, 1000000), lines)
 
 
 def pool(path):
@@ -82,7 +66,7 @@ def pool(path):
     costs = [10 ** (k / 4) for k in range(21)]
     for at, s in zip(axes, BOXES):
         short, total = data.short(s), data.constants(s)["particles"]
-        i = data.modelled(s, "strong", "spatial direct", "imbalance")
+        i = data.modelled(s, "strong", column="imbalance")
         dear = [replace(short, C=short.C + 1e-9 * t) for t in costs]
         for p, style in ((8, "--"), (32, "-")):
             at.loglog(costs, [d.speedup(total, p, i[p]) for d in dear], style, color=plots.COLOURS[DIRECT], label=f"{DIRECT}; {p} processes")
@@ -96,26 +80,8 @@ def pool(path):
     plots.save(figure, path)
 
 
-def messages(path):
-    figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.6), layout="constrained")
-    marks = {title(s): dict(marker=m, markerfacecolor="white", linewidth=0) for s, m in zip(SCENES, "os^DvP")}
-    for at, column, ways in ((axes[0], "imbalance", [DIRECT]), (axes[1], "bytes_per_particle_step", [DIRECT, POOL])):
-        lines = defaultdict(list)
-        for r in data.runs("strong", "critical path"):
-            if r["way"] in ways:
-                lines[r["scene"], r["way"]].append((r["processes"], r[column]))
-        for (s, how), points in lines.items():
-            at.semilogx(*zip(*sorted(points)), base=2, color=plots.COLOURS[how], **(marks[title(s)] | {"linewidth": 0.7}))
-        ticks(at, [2, 4, 8, 16, 32])
-        at.set(xlabel="processes")
-    axes[0].set(title="imbalance: largest over mean number of particles")
-    axes[1].set(title="bytes sent, a particle and step", yscale="log")
-    legend(figure, marks, [DIRECT, POOL])
-    plots.save(figure, path)
-
-
 def draw(folder):
     with plt.style.context(["default", STYLE]):
-        for make in (strong, weak, pool, messages):
+        for make in (strong, weak, pool):
             make(os.path.join(folder, f"report-{make.__name__}.png"))
     plots.draw(os.path.join(data.FOLDER[0], "scaling"), folder)

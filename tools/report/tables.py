@@ -10,14 +10,11 @@ from data import BOXES, CLASSES, DIRECT, POOL, PROCESSES, SCENES, SWARM, WAYS, W
 from marks import markdown
 
 SHARES = (1e5, 1e9), (0, 1e5)  # particles a process of the runs on two processes: strong scaling, and weak or smaller
-# The critical paths that were probably disturbed: more processes had higher efficiencies, or nearly so.
-DISTURBED = {("disks", "weak", 4), ("disks", "weak", 8), ("disks3d", "weak", 8), ("disks3d", "weak", 16)}
 GOAL, STEP = (0.9, 1.1), (0.85, 1.15)  # closed form over simulation, predicted over measured
 FULL = {DIRECT: "spatial direct", SWARM: "spatial swarm", POOL: "pool"}
 LADDERS = (("usf, flip (the assignment)", "linear"), ("musl, flip", "linear"), ("musl, flip", "quadratic B-spline"), ("usl, aflip", "quadratic B-spline"),
            ("preset balanced (the default)", "cubic B-spline"), ("usl, aflip", "GIMP, stretched"))  # fmt: skip
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
-PRESETS = {"fast": "bs2 usl flip", "balanced": "bs3 usl aflip 1", "accurate": "bs3 usl afmpm", "energy": "bs3 musl flip", "solid": "bs2 total 2"}
 LEAVES_OUT = {
     "critical path": ("the network; most waiting; competition for memory of more than two cores", "caches that are cold after each turn"),
     "closed form": ("disturbances; waiting, except by imbalance", ""),
@@ -33,10 +30,6 @@ def thousands(n):
 def digits(x):
     """Three digits of a number of particles or processes."""
     return thousands(float(f"{x:.3g}"))
-
-
-def seconds(t):
-    return f"{1e6 * t:.0f} µs" if t < 9.995e-4 else f"{1e3 * t:.3g} ms"
 
 
 def span(values, form="{:.2f}"):
@@ -93,50 +86,36 @@ def table_orders():
     return markdown(["basis", "update, transfer", *(f"{n} cells" for n in sizes), "last order"], lines)
 
 
-def plain():
-    """The plain serial program over pebble, for the same work."""
-    ns = {(r["particles"], r["program"]): r["min_ns"] for r in data.rows("bench/seed.csv") if r["update"] == "usf"}
-    return [t / ns[n, "pebble"] for (n, program), t in ns.items() if program == "seed_serial"]
-
-
 # ---- The model
 def table_constants():
-    units = (("C", 1e9, "{:.1f} ns"), ("L", 1e6, "{:.1f} µs"), ("B", 1e9, "{:.0f} ns"), ("R", 1e6, "{:.1f} µs"), ("M", 1e9, "{:.1f} ns"))
-    lines = [[title(s), thousands(c["particles"]), seconds(c["T1"]), *(form.format(unit * c[k]) for k, unit, form in units), c["patch"],
-              f"{data.short(s).bound():.2f}"] for s, c in ((s, data.constants(s)) for s in SCENES)]  # fmt: skip
+    units = (("T1", 1e3, "{:.3g} ms"), ("C", 1e9, "{:.1f} ns"), ("L", 1e6, "{:.1f} µs"), ("B", 1e9, "{:.0f} ns"), ("R", 1e6, "{:.1f} µs"), ("M", 1e9, "{:.1f} ns"))
+    lines = [[title(s), thousands(c["particles"]), *(form.format(unit * c[k]) for k, unit, form in units), c["patch"], f"{c['C'] / c['M']:.2f}"]
+             for s, c in ((s, data.constants(s)) for s in SCENES)]  # fmt: skip
     return markdown(["scene", "N", "T(1), measured", *"CLBRM", "patch, cells", "bound C/M"], lines)
 
 
+def least():
+    """{scene: {processes: particles a process for an efficiency of 0.9 by the short and the full model}}"""
+    return {s: {p: (data.short(s).least(0.9, p), n) for p, n in data.modelled(s, "least", column="particles").items()} for s in BOXES}
+
+
 def table_least():
-    """Isoefficiency by the short and the full model, side by side."""
-    lines = []
-    for s in BOXES:
-        for e in (0.8, 0.9):
-            full = data.kept(s, e)
-            lines.append([title(s), e, "short", *(digits(data.short(s).least(e, p)) for p in full)])
-            lines.append([title(s), e, "full", *map(thousands, full.values())])
-    return markdown(["scene", "efficiency", "model", *map(thousands, data.kept("box2d", 0.8))], lines)
-
-
-def cubes(scene, how, processes):
-    return data.modelled(scene, "cubes", f"spatial {how}")[processes]
+    lines = [[title(s), model, *(digits(n[k]) for n in by.values())] for s, by in least().items() for k, model in enumerate(("short", "full"))]
+    return markdown(["scene", "model", *map(thousands, least()["box2d"])], lines)
 
 
 def apart(how):
     """Speed-ups of strong scaling by the short model over those by the full one."""
-    closed, full = ({s: get(s) for s in SCENES} for get in (lambda s: data.efficiency(s, "strong", "closed form", how), lambda s: data.modelled(s, "strong", FULL[how])))
-    return [closed[s][p] / e for s in SCENES for p, e in full[s].items()]
+    both = ((data.efficiency(s, "strong", "closed form", how), data.modelled(s, "strong", FULL[how])) for s in SCENES)
+    return [closed[p] / e for closed, full in both for p, e in full.items()]
 
 
 def table_example():
     s, total, lines = data.short("box2d"), data.constants("box2d")["particles"], []
-    full = [data.modelled("box2d", "strong", FULL[how]) for how in (DIRECT, POOL)]
+    spatial, pool = ({p: p * e for p, e in data.modelled("box2d", "strong", FULL[how]).items()} for how in (DIRECT, POOL))
     for p in (*PROCESSES, 128, 1024):
-        n = total / p
-        parts = [s.C * n, *((s.L, s.B * math.sqrt(n), s.R * math.log2(p)) if p > 1 else (0, 0, 0))]
-        both = [cell({q: q * e for q, e in some.items()}, p) for some in full]
-        ours = [f"{x:.2f}" for x in (s.speedup(total, p), s.speedup(total, p) / p, s.pool(p))]
-        lines.append([p, *(f"{1e6 * t:.1f}" for t in (*parts, sum(parts))), *ours[:2], both[0], ours[2], both[1]])
+        parts, S = s.parts(total, p), s.speedup(total, p)
+        lines.append([p, *(f"{1e6 * t:.1f}" for t in (*parts, sum(parts))), f"{S:.2f}", f"{S / p:.2f}", cell(spatial, p), f"{s.pool(p):.2f}", cell(pool, p)])
     return markdown(["P", "C n, µs", "L, µs", "B √n, µs", "R log2 P, µs", "T, µs", "S", "E", "S, full model", "S, pool", "pool, full model"], lines)
 
 
@@ -147,9 +126,16 @@ def table_scenes():
         s = r["scene"]
         sizes = [min(q["particles"] for q in data.runs(study, "measured") if q["scene"] == s) for study in ("strong", "weak")]
         patches = next(q["pool_cells"] for q in data.runs("strong", "measured") if (q["scene"], q["way"]) == (s, POOL)), data.constants(s)["patch"]
+        imbalance = {q["processes"]: q["imbalance"] for q in data.runs("strong", "critical path") if (q["scene"], q["way"]) == (s, DIRECT)}
         lines.append([title(s), f"{BASES[r['basis']]}, {r['update']}", r["cells"].replace("x", " x "), "; ".join(map(thousands, sizes)),
-                      "{}; {}".format(*patches), r["motion"]])  # fmt: skip
-    return markdown(["scene", "basis, update", "cells, strong scaling", "particles: strong; weak on 1", "cells of a patch: real; simulated", "motion at the start"], lines)
+                      "{}; {}".format(*patches), f"{imbalance[8]:.2f}; {imbalance[32]:.2f}", r["motion"]])  # fmt: skip
+    return markdown(["scene", "basis, update", "cells, strong scaling", "particles: strong; weak on 1", "cells of a patch: real; simulated", "imbalance: 8; 32", "motion at the start"], lines)
+
+
+def disturbed(scene, study):
+    """Numbers of processes of critical paths whose efficiency times imbalance is less than on twice as many: other work took their time."""
+    net = {r["processes"]: r["efficiency"] * r["imbalance"] for r in data.runs(study, "critical path") if (r["scene"], r["way"]) == (scene, DIRECT)}
+    return [p for p, e in net.items() if e < 0.97 * net.get(2 * p, 0)]
 
 
 def scaling(kind, measured=False):
@@ -157,11 +143,9 @@ def scaling(kind, measured=False):
     lines = []
     for study, s in ((study, s) for study in ("strong", "weak") for s in SCENES):
         found, real = ([speedups(s, study, k, how) for how in WAYS] for k in (kind, "measured"))
+        cells = [" / ".join(cell(by, p) or "-" for by in found).replace(" /", "*" * (measured and p in disturbed(s, study)) + " /", 1) for p in PROCESSES[1:]]
         if any(found):
-            star = {p: "*" * ((s, study, p) in DISTURBED and measured) for p in PROCESSES}
-            cells = [" / ".join(cell(by, p) or "-" for by in some) for some, p in (*[(real, 2)] * measured, *((found, p) for p in PROCESSES[1:]))]
-            marked = [c.replace(" /", f"{star[p]} /", 1) for c, p in zip(cells, (*[1] * measured, *PROCESSES[1:]))]
-            lines.append([study, title(s), "1", *marked])
+            lines.append([study, title(s), "1", *[" / ".join(cell(by, 2) or "-" for by in real)] * measured, *cells])
     return markdown(["scaling", "scene", "1", *["2, measured"] * measured, *map(str, PROCESSES[1:])], lines)
 
 
@@ -184,32 +168,33 @@ def table_large():
     return markdown(["scaling", "scene", "way", "particles: strong in all, weak a process", *map(thousands, sizes)], lines)
 
 
-def migration():
-    """{(class, processes): steps with DMSwarmMigrate over those with direct migration, strong scaling}"""
-    out = defaultdict(list)
-    for kind in ("measured", "critical path", "injected simulation"):
-        t = {(r["scene"], r["way"], r["processes"]): r["seconds"] for r in data.evidence("strong", kind)}
-        for (s, how, p), seconds in t.items():
-            if how == SWARM:
-                out[kind, p].append(seconds / t[s, DIRECT, p])
-    return out
+def migration(kind, processes):
+    """Steps with DMSwarmMigrate over those with direct migration, strong scaling, by scene."""
+    t = {(r["scene"], r["way"]): r["seconds"] for r in data.evidence("strong", kind) if r["processes"] == processes}
+    return {s: t[s, SWARM] / t[s, DIRECT] for s in SCENES if (s, SWARM) in t}
 
 
 def digests():
     """For each scene, study, particles and steps that ran in several ways: numbers of runs and of different digests."""
-    groups = defaultdict(list)
+    groups = defaultdict(dict)
     for r in data.rows("scaling/runs.csv"):
         if r["digest"] != "" and r["class"] != "oversubscribed":
-            groups[r["scene"], r["study"], r["particles"], r["steps"]].append(((r["strategy"], r["migrate"], r["processes"]), str(r["digest"])))
-    return [found for found in ((len({way for way, _ in some}), len({bits for _, bits in some})) for some in groups.values()) if found[0] > 1]
+            groups[r["scene"], r["study"], r["particles"], r["steps"]].setdefault((r["strategy"], r["migrate"], r["processes"]), set()).add(str(r["digest"]))
+    return [(len(some), len(set().union(*some.values()))) for some in groups.values() if len(some) > 1]
 
 
 def overtakes(scene="box3d", processes=32):
     """The cost of the law, s, from which on the pool is ahead of spatial decomposition by the closed form, or None."""
     short, total = data.short(scene), data.constants(scene)["particles"]
-    i = data.modelled(scene, "strong", "spatial direct", "imbalance")[processes]
+    i = data.modelled(scene, "strong", column="imbalance")[processes]
     costs = ((t, replace(short, C=short.C + t)) for t in (1e-9 * 10 ** (k / 20) for k in range(121)))
     return next((t for t, d in costs if d.pool(processes) > d.speedup(total, processes, i)), None)
+
+
+def lengths(steps):
+    """{scene: measured speed-up on two processes in runs of so many steps}"""
+    t = {(r["scene"], r["processes"]): r["seconds_per_step"] for r in data.rows("scaling/lengths.csv") if r["steps"] == steps}
+    return {s: t[s, 1] / t[s, 2] for s in SCENES}
 
 
 # ---- Is the model right?
@@ -229,12 +214,12 @@ def goals():
     """Goal, what was found, whether it is met."""
     net = {kind: next(r["efficiency"] * r["imbalance"] for r in data.evidence("strong", kind) if (r["scene"], r["processes"], r["way"]) == ("box3d", 32, DIRECT))
            for kind in ("injected simulation", "critical path")}  # fmt: skip
-    imbalance = data.modelled("disks", "balance", "spatial direct", "imbalance")[32]
     yield "strong efficiency times imbalance at least 0.90: filled box, 3-D, 8 000 particles a process, 32 processes", net, min(net.values()) >= 0.9
+    imbalance = data.modelled("disks", "balance", column="imbalance")[32]
     yield "imbalance at most 1.05: two disks on 1024 x 1024 cells, 32 processes", {"counted": imbalance}, imbalance <= 1.05
     for s in BOXES:
         for p, bound in ((1024, 0.9), (32768, 0.88)):
-            some = {"injected simulation": data.efficiency(s, "weak-large", "injected simulation").get(p), "closed form": data.short(s).efficiency(WEAK, p), "full model": cubes(s, "direct", p)}
+            some = {"injected simulation": data.efficiency(s, "weak-large", "injected simulation").get(p), "closed form": data.short(s).efficiency(WEAK, p)}
             some = {kind: e for kind, e in some.items() if e}
             yield f"weak efficiency at least {bound:.2f}: {title(s)}, {thousands(WEAK)} particles a process, {thousands(p)} processes", some, min(some.values()) >= bound
     some = {how: against(how) for how in WAYS}
@@ -242,7 +227,7 @@ def goals():
     yield "full model within 10 % of the injected simulation, filled boxes, 2 to 32 processes", words, all(GOAL[0] <= x <= GOAL[1] for q in some.values() for x in q)
     short, whole = predicted()
     both = {"short runs in turns with the calibration": short, "whole runs as users start them": whole[1] + whole[2]}
-    yield ("predicted within 15 % of the measured step, the scenes of `options/` (16 when it was set, 24 in the data) on 1 and 2 processes",
+    yield (f"predicted within 15 % of the measured step, the scenes of `options/` (16 when it was set, {len(whole[1])} in the data) on 1 and 2 processes",
            {what: inside(q, *STEP) for what, q in both.items()}, all(STEP[0] <= x <= STEP[1] for q in both.values() for x in q))  # fmt: skip
 
 
@@ -259,10 +244,11 @@ def timed(group, **which):
 
 
 def table_presets():
-    cost = {(r["dim"], r["method"]): r for r in data.rows("method_cost.csv")}
-    both = {preset: [cost[dim, method] for dim in (2, 3)] for preset, method in PRESETS.items()}
-    lines = [[f"`{preset}`", *(f"{r['ratio'] / one['ratio']:.2f}" for r, one in zip(some, both["balanced"])), *(r["bytes"] for r in some)] for preset, some in both.items()]
-    return markdown(["preset", "step over that of `balanced`, 2-D", "3-D", "state of a particle, 2-D, B", "3-D, B"], lines)
+    lines, some = [], [r for r in data.rows("bench/presets.csv")]
+    for one, two in ((r, q) for r in some for q in some if (r["processes"], q["processes"]) == (1, 2) and all(r[k] == q[k] for k in ("basis", "update"))):
+        lines.append([one["basis"], f"{one['dim']}-D", thousands(one["particles"]), f"`{one['update']}`", f"{one['min_ns']:.0f}", f"{1e3 / one['min_ns']:.1f}",
+                      f"{1e3 / two['min_ns']:.1f}", f"{one['min_ns'] / two['min_ns']:.2f}", one["memory"]])  # fmt: skip
+    return markdown(["scene", "", "particles", "preset", "ns a particle", "10^6 particles a second: 1 process", "2", "1 over 2 processes", "B a particle"], lines)
 
 
 def one_and_two():
@@ -272,13 +258,14 @@ def one_and_two():
     return {(d, b): [timed("ranks", dim=d, basis=b, processes=p, options=o) for p, o in cases] for d, b in keys}
 
 
-def over_bare(large):
-    some = [r for r in data.rows("bench/bare.csv") if r["program"] == "bare" and (r["particles"] > 5e5 if large else r["particles"] > 5e4)]
+def over_bare(least):
+    """{(dimension, basis, particles): step over bare kernels} with so many particles or more"""
+    some = [r for r in data.rows("bench/bare.csv") if r["program"] == "bare" and r["particles"] > least]
     return {(r["dim"], r["basis"], r["particles"]): timed("bare", program="pebble", dim=r["dim"], basis=r["basis"], particles=r["particles"]) / r["min_ns"] for r in some}
 
 
 def table_steps():
-    kernels, lines = {key[:2]: q for key, q in over_bare(True).items()}, []
+    kernels, lines = {key[:2]: q for key, q in over_bare(5e5).items()}, []
     for (d, b), (one, *two) in one_and_two().items():
         few = [timed("updates", dim=d, basis=b, update=u) for u in ("usl", "usf", "musl")]
         ratios = *(one / t for t in two), *(t / few[0] for t in few[1:]), kernels[d, b]
@@ -306,50 +293,40 @@ def table_gains():
 # ---- Numbers
 def numbers():
     """{name: text} of all numbers in the text."""
-    out = {}
-    t = {(r["scene"], r["processes"], r["steps"]): r["seconds_per_step"] for r in data.rows("scaling/lengths.csv")}
-    lengths = {n: {s: t[s, 1, n] / t[s, 2, n] for s in SCENES} for n in (400, 40)}
-    for name, n in (("long", 400), ("short", 40)):
-        out |= {f"two_{name}": span(lengths[n].values()), f"dam_{name}": f"{lengths[n]['dambreak3d']:.2f}"}
-    for name, study in (("two", "strong"), ("two_weak", "weak")):
-        out[name] = span(speedups(s, study, "measured")[2] for s in SCENES)
+    out = {f"two{name}": span(speedups(s, study, "measured")[2] for s in SCENES) for name, study in (("", "strong"), ("_weak", "weak"))}
+    out |= {"two_long": span(lengths(400).values()), "dam_long": f"{lengths(400)['dambreak3d']:.2f}", "dam_short": f"{lengths(40)['dambreak3d']:.2f}"}
     for p in (8, 32):
-        found = all_classes(p)
-        every = sum(found.values(), [])
-        out |= {f"e_{p}": span(every), f"s_{p}": span((p * e for e in every), "{:.1f}")} | {f"{kind.split()[0]}_{p}": span(some) for kind, some in found.items()}
+        every = sum(all_classes(p).values(), [])
+        out |= {f"e_{p}": span(every), f"s_{p}": span((p * e for e in every), "{:.1f}")} | {f"{kind.split()[0]}_{p}": span(some) for kind, some in all_classes(p).items()}
     out["sure_critical"] = span(interval("critical path"))
-    path = [q["efficiency"] for q in data.pairs("critical path") if q["way"] != POOL]
-    out["path_above"] = f"{sum(e < 1 for e in path)} of {len(path)}"
     for name, key in (("swarm_two", ("measured", 2)), ("swarm_32", ("critical path", 32)), ("swarm_32_simulated", ("injected simulation", 32))):
-        out[name] = span(migration()[key])
+        out[name] = span(migration(*key).values())
     out |= {f"serial_{s[-2:]}": f"{1e9 * data.constants(s)['C']:.0f}" for s in BOXES}
-    out |= {"plain": span(plain(), "{:.1f}"), "imbalance": f"{data.modelled('disks', 'balance', 'spatial direct', 'imbalance')[32]:.2f}"}
-    least = {p: [data.short(s).least(e, p) / data.kept(s, e)[p] for s in BOXES for e in (0.8, 0.9)] for p in data.kept("box2d", 0.8)}
-    out |= {"least_apart": span(sum(least.values(), []), "{:.1f}"), "least_far": span((q for p in least if p >= 1024 for q in least[p]))}
+    ratios = [{p: short / full for p, (short, full) in by.items()} for by in least().values()]
+    out |= {"least_apart": span((q for by in ratios for q in by.values()), "{:.1f}"), "least_far": span(q for by in ratios for p, q in by.items() if p >= 1024)}
+    out["imbalance"] = f"{data.modelled('disks', 'balance', column='imbalance')[32]:.2f}"
     most = [data.short(s).most(data.constants(s)["particles"]) for s in SCENES]
     out["fastest"] = f"{digits(min(most))} to {digits(max(most))}"
-    out |= {f"million_{how}": span(cubes(s, how, 2**20) for s in BOXES) for how in ("direct", "swarm")}
     out |= {"apart_spatial": span(apart(DIRECT)), "apart_spatial_5": inside(apart(DIRECT), 0.95, 1.05), "apart_pool": span(apart(POOL))}
     out["bits"] = f"{len(digests())} scenes and sizes, {sum(n for n, _ in digests())} runs"
-    out |= {f"{name}_256": f"{data.efficiency('box2d', 'weak-large', 'injected simulation', how)[256]:.2f}" for name, how in (("direct", DIRECT), ("swarm", SWARM))}
-    rows = [r for r in data.runs("strong", "critical path") if (r["processes"], r["way"]) == (32, SWARM) and r["scene"] in BOXES]
-    out["migrating"] = " and ".join(f"{r['migrating_steps']} of {r['steps']}" for r in rows)
     out["pool_two"] = span(speedups(s, "strong", "measured", POOL)[2] for s in SCENES)
-    for name, kind in (("path", "critical path"), ("injected", "injected simulation"), ("closed", "closed form")):
-        out[f"pool_{name}"] = span(max(speedups(s, "strong", kind, POOL).values()) for s in SCENES)
+    out["pool_best"] = span(max(speedups(s, "strong", kind, POOL).values()) for kind in CLASSES[:3] for s in SCENES)
     out |= {"overtakes": f"{float(f'{1e6 * overtakes():.2g}'):g}" if overtakes() else "no cost", "counts": str(len(data.rows("scaling/counts.csv")))}
     out["machine_real"] = next(r["value"] for r in data.rows("scaling/machine.csv") if r["name"] == "program")
     short, whole = predicted()
     out |= {"short_runs": inside(short, *STEP), "short_span": span(short), "users_one": inside(whole[1], *STEP), "users_two": inside(whole[2], *STEP),
             "users_span": span(1 / q for q in whole[1] + whole[2]), "users_one_span": span(1 / q for q in whole[1]), "users_most": f"{1 / min(whole[2]):.2f}"}  # fmt: skip
-    closed = {study: {s: data.efficiency(s, study, "closed form") for s in SCENES} for study in ("strong", "weak")}
-    out["path_closed"] = span(e / by[s][p] for study, by in closed.items() for s in SCENES for p, e in data.efficiency(s, study, "critical path").items() if p >= 4)
     out |= {f"against_{name}": f"{inside(against(how), *GOAL)} ({span(against(how))})" for name, how in (("direct", DIRECT), ("swarm", SWARM), ("pool", POOL))}
     met = sum(line[-1] for line in goals())
-    out["goals_met"] = f"{'None One Two Three Four Five Six Seven Eight'.split()[met]} of the eight goals {'is' if met == 1 else 'are'} met"
+    out["goals_met"] = f"{'None One Two Three Four Five Six Seven Eight'.split()[met]} of the eight goals {'are' if met > 1 else 'is'} met"
+    one = {r["scene"]: r["seconds"] for r in data.simulations("strong", "injected simulation") if r["processes"] == 1}
+    out["c_simulated"] = span(one[s] / data.constants(s)["T1"] for s in BOXES)
     two = [one / q for one, *both in one_and_two().values() for q in both]
-    out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(False).values(), "{:.1f}")}
+    out |= {"two_bench": span(two), "two_below": inside(two, 0, 1.85), "over_bare": span(over_bare(5e4).values(), "{:.1f}")}
+    small = {(r["update"], r["processes"]): r["min_ns"] for r in data.rows("bench/presets.csv") if r["basis"] == "disks"}
+    out["two_small"] = span(small[word, 1] / ns for (word, p), ns in small.items() if p == 2)
     out["bench_when"] = next(r["value"] for r in data.rows("bench/machine.csv") if r["name"] == "when")[:10]
     for name, word, form in (("twin", "serial", "{:.0f}"), ("warp", "Warp", "{:.1f}")):
         out[name] = span((q for (what, _), found in gains().items() if word in what for q in found), form)
+    out["plain"] = f"{gains()['the plain serial program, pebble with usf', 8][0]:.1f}"
     return out
