@@ -80,6 +80,15 @@ def process(session, rank):
     return next((pid for pid in members(session) if rank_of(pid) == rank), None)
 
 
+def until(ready, going, patience=100):
+    """Waits until ready() is true, while going() is, since then there is nothing to wait for; returns whether it is ready. (The
+    patience is for a machine that has much else to do.)"""
+    deadline = time.monotonic() + patience
+    while not (done := ready()) and going() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return bool(done or ready())
+
+
 def end(session):
     """Kills what is left of a session."""
     while members(session):
@@ -141,8 +150,8 @@ def dismiss():
 def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, cwd=None, env=None):
     """Runs arguments[0] with the others on n processes: (exit status, standard output, standard error). The status is
     TIMED_OUT if it had to be killed, LEFT_BEHIND if a process outlived it; then all are killed. during(session) is
-    called once the run has been started; a run's session is the number of its first process. plain: as a user starts it,
-    without what makes the start faster. env: more for the environment."""
+    called once the run has been started, and its time counts from then on; a run's session is the number of its first process.
+    plain: as a user starts it, without what makes the start faster. env: more for the environment."""
     command = list(map(str, arguments))
     if n > 1:
         command = [mpiexec, "-n", str(n)] + command
@@ -157,17 +166,15 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
                                      env=environment, cwd=cwd)
         said, left = "", True
         try:
-            deadline = time.monotonic() + timeout
             if during:
                 during(first.pid)
             try:
-                status = first.wait(max(0.1, deadline - time.monotonic()))
+                status = first.wait(timeout)
             except subprocess.TimeoutExpired:
                 status, said = TIMED_OUT, f"killed after {timeout} s\n"
             else:
-                patience = time.monotonic() + 3
-                while (left := left_of(first)) and time.monotonic() < patience:
-                    time.sleep(0.02)
+                until(lambda: not left_of(first), lambda: True, 30)
+                left = left_of(first)
                 if left:
                     status, said = LEFT_BEHIND, f"exit status {status}, but processes are left behind: {left}\n"
         finally:

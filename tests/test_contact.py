@@ -115,6 +115,20 @@ def check_apart():
         check.that(len(digests) == 1, f"{update} {transfer}: as long as bodies do not meet, contact changes no bit")
 
 
+def check_alone():
+    """A body a few cells from another one, by whose side or over whose corner it moves, on a wall that waits for both, moves as it does
+    alone, bit for bit, whether they store their nodes apart or together."""
+    for basis in ("linear", "gimp", "bspline2", "bspline3"):
+        found = {}
+        for gap, up in [(0, 0)] + [(gap, up) for gap in (4.5, 6, 7, 8.5) for up in (0, gap)]:
+            bodies = {"a": ("m", [5, 0.25], [9, 4.25], [0.4, -1]), "b": ("m", [9 + gap, 0.25 + up], [13 + gap, 4.25 + up], [-0.3, -1])}
+            lines = boxes(2, [32, 24], 1, {"m": (1, 100, 0.3)}, bodies if gap else {"a": bodies["a"]}, "-bc_ymin_type separate", "-dt_size 0.02", "-time_end 1", f"-method_basis {basis}", "-method_transfer flip")
+            found[gap, up] = run("alone", lines, *(["-contact_mu", 0.3] if gap else []))[0]
+        alone = found.pop((0, 0))
+        wrong = [at for at, one in found.items() if any((alone[key] != one[key]).any() for key in alone if "_a_" in key or key.endswith("_a"))]
+        check.that(len(found) == 8 and not wrong, f"{basis}: a body some cells from another one moves as it does alone{f', not {wrong}' if wrong else ''}")
+
+
 def nodes_stored(out):
     """How many nodes the memory has that a run tells before its first step."""
     particles = int(re.search(r" (\d+) particles", out).group(1))
@@ -282,6 +296,7 @@ check_turned()
 check_slope()
 check_disks()
 check_apart()
+check_alone()
 check_places()
 check_glued()
 check_beside()

@@ -162,12 +162,10 @@ def stops(what, pattern, action, *options, n=1, ready=lambda folder: snapshots(f
     folder = check.folder("fault_" + "".join(c if c.isalnum() else "_" for c in what))
 
     def during(session):
-        patience = time.monotonic() + 30
-        while not ready(folder) and time.monotonic() < patience and mpi.members(session):
-            time.sleep(0.005)
+        mpi.until(lambda: ready(folder), lambda: mpi.members(session))
         action(session, folder)
 
-    told = run(*endless(), *options, folder=folder, n=n, timeout=60, during=during)
+    told = run(*endless(), *options, folder=folder, n=n, during=during)
     good = told.status == 3 and len(told.lines) == 1 and told.lines[0].startswith("stopped at step") and "ERROR" not in told.said
     check.that(good and pattern(folder) in told.err, f"{what}: {told.status} {told.lines[:3]}")
     return folder
@@ -223,14 +221,12 @@ def part_killed(count=3):
         n = (1, 4)[k % 3 == 2]
 
         def during(session):
-            patience = time.monotonic() + 30
-            while snapshots(folder) < 2 and time.monotonic() < patience and mpi.members(session):
-                time.sleep(0.002)
+            mpi.until(lambda: snapshots(folder) > 1, lambda: mpi.members(session))
             time.sleep(rng.uniform(0, 0.1))
             pid = mpi.process(session, rng.randrange(n)) if n > 1 else session
             os.kill(pid, signal.SIGKILL)
 
-        told = run(*endless(), "-output_every", "0", "-history_every", "0", folder=folder, n=n, timeout=60, during=during)
+        told = run(*endless(), "-output_every", "0", "-history_every", "0", folder=folder, n=n, during=during)
         check.fault(None if told.status not in (0, mpi.TIMED_OUT, mpi.LEFT_BEHIND) else f"kill {k}: {told.status}")
         found.append(readable(folder, "disks"))
         shutil.rmtree(folder)

@@ -4,19 +4,22 @@
 usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large | share all
 
 flat   a block drifts through a periodic grid, so that particles change process in most steps; history and snapshots are
-       written on the way. The memory of each process is read all the time: RssAnon and RssShmem of /proc, so without pages
-       of files, which Linux takes away now and then. What is lost in each step shows in every part of the run, while lists
-       of MPI and pages of the heap fill now and then, by tens of kB at once. So the run after its first quarter is cut into
-       ten parts, and the least of their growths counts, in bytes a step; what all grow together has a wider bound. Where the
-       grid is cut anew again and again, pages fill during some 30000 steps, so this run has three times as many steps
+       written on the way. The memory of each process is read all the time: pages of its own and shared ones, but not those
+       of files, which Linux takes away now and then. What is lost in each step shows all the time, except while it fits
+       where memory was freed before; lists of MPI and pages of the heap fill now and then, by tens of kB at once. So the steps
+       after the first quarter are cut into ten parts, and the third least of their growths counts, in bytes a step (up to 0.9
+       were measured, where the grid is cut anew, else 0); what all grow together has a wider bound. The
+       last line of the history tells the step before and after each look, and a look that lasts for many steps does not
+       count, so it does not matter how fast a run is, or whether it stands still. Where the grid is cut anew again and
+       again, pages fill during some 30000 steps, so this run has three times as many steps
 find   the same with a library that loses 16 bytes (32 with the heap's own) in each reduction, of which a step has one at
        least: each process then grows by more than `flat` allows, also where the grid is cut anew again and again. (No run
        is longer than the others: pages that fill only add to what grows)
 peak   the largest memory of a process, VmHWM as MPI ends, is what -dry_run told, to 10 %: of scenes on one process, on 2 and
        in the pool, and of a large one of a million particles
 share  a column of elastic material is cut along its axis into one cube of cells for each process, and moves along it, so that
-       particles change process. A process among many has less than 1 B more of its own memory (RssAnon, as MPI ends), for each
-       additional particle of other processes, than a process among few: without snapshots and with two. Without snapshots a
+       particles change process. As MPI ends, a process among many has less than 1 B more of its own memory, for each additional
+       particle of other processes, than a process among few: without snapshots and with two. Without snapshots a
        cell has one particle, so what a process had for each cell would show too. The memory that Open MPI shares among the
        processes of a machine is not counted: it grows with their number
 """
@@ -36,6 +39,7 @@ WHOLE = 1e6     # bytes by which it may grow in all parts together; 0 to 0.3e6 w
 PARTS = 10      # of a run, after its first quarter
 LOST = 16       # bytes that the library of `find` loses in a step
 PERIOD = 0.1    # s between two looks at a process
+LAPSE = 40      # steps during a look
 # name, processes, how many times the steps, options
 WAYS = [("direct", 3, 1, ["-parallel_strategy", "spatial", "-parallel_migrate", "direct"]),
         ("swarm", 3, 1, ["-parallel_strategy", "spatial", "-parallel_migrate", "swarm"]),
@@ -54,17 +58,22 @@ int MPI_Allreduce(const void *in, void *out, int n, MPI_Datatype type, MPI_Op op
 """
 
 
-# Tells the largest memory of the process, and its own, as MPI ends.
+# Tells the largest memory of the process, and its own pages (which smaps_rollup counts; other counters may lag behind), as MPI ends.
 TELL = """#include <mpi.h>
 #include <stdio.h>
 #include <string.h>
-int MPI_Finalize(void)
+static void tell(const char *path, const char *name)
 {
   char  line[256];
-  FILE *file = fopen("/proc/self/status", "r");
+  FILE *file = fopen(path, "r");
   while (fgets(line, sizeof line, file))
-    if (!strncmp(line, "VmHWM:", 6) || !strncmp(line, "RssAnon:", 8)) fputs(line, stderr);
+    if (!strncmp(line, name, strlen(name))) fputs(line, stderr);
   fclose(file);
+}
+int MPI_Finalize(void)
+{
+  tell("/proc/self/status", "VmHWM:");
+  tell("/proc/self/smaps_rollup", "Anonymous:");
   return PMPI_Finalize();
 }
 """
@@ -89,47 +98,58 @@ def drift(steps):
 
 
 def memory(pid):
-    """RssAnon and RssShmem of a process in bytes, None if it has ended."""
+    """Bytes of a process in pages that are no file's, also of those that were moved to the disk; None if it has ended. smaps_rollup
+    counts pages; the counters of status may lag behind by some hundred kB."""
     try:
-        with open(f"/proc/{pid}/status") as file:
-            found = re.findall(r"^Rss(?:Anon|Shmem):\s+(\d+) kB", file.read(), re.M)
+        with open(f"/proc/{pid}/smaps_rollup") as pages, open(f"/proc/{pid}/status") as status:
+            found = re.findall(r"^(?:Anonymous|Swap|RssShmem):\s+(\d+) kB", pages.read() + status.read(), re.M)
     except OSError:
         return None
-    return 1024 * sum(map(int, found)) if found else None
+    return 1024 * sum(map(int, found)) if len(found) == 3 else None
 
 
-def watch(session, n, series):
-    """Reads the memory of the n processes of a session until they end; series[rank] gets (time, bytes)."""
+def step_of(history):
+    """The step of the last whole line of a history; 0 before there is one."""
+    try:
+        with open(history, "rb") as file:
+            file.seek(max(0, os.fstat(file.fileno()).st_size - 2000))
+            lines = file.read().split(b"\n")
+    except OSError:
+        return 0
+    return int(lines[-2].split(b",")[0]) if len(lines) > 2 and lines[-2][:1].isdigit() else 0
+
+
+def watch(session, n, history, series):
+    """Reads the memory of the n processes of a session until they end; series[rank] gets (step, bytes)."""
     pids = {}
-    deadline = time.monotonic() + 30
-    while len(pids) < n and time.monotonic() < deadline:
-        pids = {0: session} if n == 1 else {r: p for p in mpi.members(session) if (r := mpi.rank_of(p)) is not None}
+    while len(pids) < n and (found := mpi.members(session)):
+        pids = {0: session} if n == 1 else {r: p for p in found if (r := mpi.rank_of(p)) is not None}
         time.sleep(0.02)
 
     def look():
         while pids:
-            now = time.monotonic()
             for rank, pid in list(pids.items()):
-                most = memory(pid)
+                before, most, after = step_of(history), memory(pid), step_of(history)
                 if most is None:
                     del pids[rank]
-                else:
-                    series.setdefault(rank, []).append((now, most))
+                elif after - before <= LAPSE:
+                    series.setdefault(rank, []).append((after, most))
             time.sleep(PERIOD)
     threading.Thread(target=look, daemon=True).start()
 
 
 def slopes(name, n, steps, options, env=None):
     """The run's output, and of each process the growth in bytes a step, that of the whole run in bytes, and the largest memory."""
-    series = {}
+    series, history = {}, name + ".csv"
     run = check.run([check.program, *drift(steps), "-output_name", name, *options], n, 3600, env=env,
-                    during=lambda session: watch(session, n, series))
+                    during=lambda session: watch(session, n, history, series))
     check.need(run.good, f"{name}: status {run.status}: {run.said[-500:]}")
-    found = []
+    found, end = [], step_of(history)
     for rank in sorted(series):
-        t, m = np.array(series[rank][1:-1]).T  # the last look may see a process that ends
-        at = np.interp(np.linspace(0.25, 1, PARTS + 1), (t - t[0]) / (t[-1] - t[0]), m)
-        found.append((np.diff(at).min() * PARTS / (0.75 * steps), at[-1] - at[0], m.max()))
+        step, m = np.array([look for look in series[rank] if look[0] < end]).T  # later looks see a process that ends
+        parts = np.linspace(0.25, 1, PARTS + 1) * step[-1]
+        at = np.interp(parts, step, m)
+        found.append((np.sort(np.diff(at) / np.diff(parts))[2], at[-1] - at[0], m.max()))
     return run, found
 
 
@@ -150,13 +170,13 @@ def flat(steps):
 def find(steps):
     env = library("leak", LEAK % (LOST, LOST))
     for name, n, _, options in [way for way in WAYS if way[0] in ("direct", "recut")]:
-        _, found = slopes("leak", n, steps, options, env)
+        _, found = slopes(name, n, steps, options, env)
         check.that(len(found) == n and all(slope > MOST for slope, _, _ in found),
                    f"{name} on {n}: {LOST} bytes lost in each step, growth in bytes a step " + " ".join(f"{slope:.3f}" for slope, _, _ in found))
 
 
 def told_sizes(run, name, n):
-    """The bytes that each of the n processes of a run with the library TELL told under this name of /proc/self/status."""
+    """The bytes that each of the n processes of a run with the library TELL told under this name of /proc."""
     sizes = [1024 * int(kB) for kB in re.findall(rf"^{name}:\s+(\d+) kB", run.err, re.M)]
     check.need(len(sizes) == n, f"{len(sizes)} of {n} processes told their memory")
     return sizes
@@ -210,7 +230,7 @@ def share(_):
             run = check.run([check.program, *column(n, side, ppc), *options], n, 900, env=env)
             check.need(run.good, f"share: status {run.status} on {n}: {run.said[-500:]}")
             check.need(int(run.find(r"particles changed process (\d+) times") or 0) > 0, f"no particle changed process on {n}")
-            own[n] = max(told_sizes(run, "RssAnon", n))
+            own[n] = max(told_sizes(run, "Anonymous", n))
         more = (own[many] - own[few]) / ((many - few) * particles)
         check.that(more < 1, f"memory of a process with {particles} particles, {options[0]} {options[1]}: {1e-6 * own[few]:.2f} MB of {few}, "
                              f"{1e-6 * own[many]:.2f} of {many}, {more:.2f} B for each particle of the others")

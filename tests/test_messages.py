@@ -8,7 +8,6 @@ import pty
 import re
 import shutil
 import subprocess
-import time
 
 import h5py
 import numpy as np
@@ -240,21 +239,21 @@ tell("more than the disk holds", 0, "warning    the files of this run need about
 
 
 def on_terminal():
-    """A long run whose standard output is a terminal, ended after 4 s: what it prints."""
+    """A long run whose standard output is a terminal, ended after its first line of progress: what it prints."""
     leader, follower = pty.openpty()
     process = subprocess.Popen([check.program, *BAR, *QUIET, "-check_energy", "0", "-history_every", "1e9", "-time_end", "1e6", "-output_dir", "out"], stdin=subprocess.DEVNULL, stdout=follower,
                                stderr=subprocess.DEVNULL, env=os.environ | mpi.ENVIRONMENT | mpi.ALONE)
     os.close(follower)
-    time.sleep(4)
-    process.terminate()
-    text = b""
+    text, told = b"", False
     try:
         while part := os.read(leader, 65536):
             text += part
+            if not told and (told := b" left" in text):
+                process.terminate()
     except OSError:  # the other end is closed
         pass
     os.close(leader)
-    return process.wait(60), *mpi.keep(text.decode())
+    return process.wait(check.TIMEOUT), *mpi.keep(text.decode())
 
 
 status, said = on_terminal()

@@ -65,7 +65,8 @@ alone = contact(name="disks")
 holds("contact is predicted, whatever will happen, and only where it is declared", touching == apart and touching[0] > 0 and alone[0] == 0 and
       touching[1] > 3 * alone[1], f"{touching} {apart} {alone}")
 fine, shared, block = contact("-grid_cells", "80,80"), contact(n=4), contact(name="dambreak_block")
-holds("twice the cells along a surface take twice the time", 1.8 < fine[1] / touching[1] < 2.3 and 1.8 < fine[0] / touching[0] < 2.6, f"{fine} {touching}")
+nodes = [contact("-grid_cells", cells, name="disks")[1] for cells in ("40,40", "80,80")]  # without contact, four times as long
+holds("twice the cells along a surface take twice the time", 1.8 < (fine[1] - nodes[1]) / (touching[1] - nodes[0]) < 2.3 and 1.8 < fine[0] / touching[0] < 2.6, f"{fine} {touching}")
 holds("four processes share the search in 2-D by halves, and each finds the impulses", 0.35 < shared[0] / touching[0] < 0.55 and
       shared[1] > 0.9 * touching[1], f"{shared} {touching}")
 holds("a rigid body counts too", block[0] > 0 and block[1] > 0, f"{block}")
@@ -105,7 +106,7 @@ for phase in ("G2P_MOTION", "G2P_STRESS"):
     part = [min(1, max(0, math.log(particles / n0) / math.log(n1 / n0))) for n0, n1 in zip(sizes, sizes[1:])]
     expected = call + particles * (each[0] + sum(p * (e1 - e0) for p, e0, e1 in zip(part, each, each[1:])))
     shown = predictions(fitted)[phase]
-    holds(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
+    holds(f"{phase} is predicted by the formula", abs(shown - expected) <= 0.01 * expected, f"{shown:g} {expected:g}")
 holds("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
@@ -125,7 +126,7 @@ for what, options in (("with another update, transfer or material, or more or fe
     note = re.search(rf"^note       output/disks.model was measured {what}, so rough constants predict times; "
                      r"make calibrate SCENE=<options file> measures those of this scene$", other, re.M)
     holds(f"a file measured {what} is not used, and the run says so at the start", note and note.start() < other.find("\npredict ") < other.find("\ndone ") and
-          "(rough constants)" in other and "constants rough" in other)
+          "(rough constants;" in other and "constants rough" in other)
 bar = run("-model_file", "output/disks.model", scene=["-options_file", check.scene("bar"), "-time_max_steps", "2"])
 holds("or in another dimension", "disks.model was measured in another dimension, so" in bar)
 holds("one line says so", other.count("disks.model") == 1)
@@ -138,10 +139,11 @@ holds("or of another number of lanes", "was measured with another number of lane
 # ---- A run of another name finds the file again: that of its own name first, else the newest that fits
 predicted = r"^predict .* give or take a factor of \S+ \(constants of (\S+)\)$"
 holds("a run by its file says which", re.search(predicted, fitted, re.M) and re.search(predicted, fitted, re.M)[1] == "output/disks.model")
-factors = [max(ratio, 1 / ratio) for ratio in map(float, re.findall(r"^check .* ratio (\S+)$", calibrated, re.M))]
+ratios = [float(ratio) for ratio in re.findall(r"^check .* ratio (\S+)$", calibrated, re.M)]
+most = [max(max(ratio + off, 1 / max(1e-9, ratio - off)) for ratio in ratios) for off in (-0.005, 0.005)]  # they have two digits after the point
 promised = float(re.search(r"factor of (\S+) \(", fitted)[1].replace("two", "2"))
-holds("it promises 1.3, and no less than its own check of the scene missed", promised == 1.3 and max(factors) < 1.32 or max(factors) - 0.02 < promised < max(factors) + 0.12,
-      f"{promised}, missed by {factors}")
+holds("it promises 1.3, and no less than its own check of the scene missed", promised == 1.3 and most[0] < 1.31 or most[0] - 0.01 < promised < most[1] + 0.11,
+      f"{promised}, ratios {ratios}")
 with open("output/disks.model") as file:
     missed = re.sub(r"\nwithin .*", "", file.read()).replace("\nfrom ", "\nwithin 4.5\nfrom ")
 for factor in ("4.5", "0.5"):
@@ -163,8 +165,8 @@ found = run("-output_name", "newest")
 holds("and another where that does not fit, without a word", re.search(predicted, found, re.M)[1] == "output/disks.model" and "note " not in found)
 holds("on several processes too", re.search(predicted, run("-output_name", "renamed", n=2), re.M)[1] == "output/disks.model")
 other = run("-output_name", "renamed", "-method_update", "usl")
-holds("files of other methods and names are passed over", "(rough constants)" in other and "note " not in other)
-holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants)" in run("-model_file", "lanes.model"))
+holds("files of other methods and names are passed over", "(rough constants;" in other and "note " not in other)
+holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants;" in run("-model_file", "lanes.model"))
 with open("single.model", "w") as file, open("output/disks.model") as whole:
     file.write(re.sub(r"\nfrom .*", r"\nfrom calibrated on 1 process (messages rough), today", re.sub(r"\nwithin .*", "", whole.read())))
 holds("messages that were not measured count where there are any", "a factor of 1.3 " in run("-model_file", "single.model") and "a factor of two " in run("-model_file", "single.model", n=2))
@@ -186,13 +188,17 @@ with open("output/cut.model", "w") as file:
 holds("nor is one that ends before its first number", "output/cut.model is damaged" in run("-output_name", "cut", "-method_update", "usl"))
 os.remove("output/cut.model")
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
-# Of a model whose constants are all given here, so that what it says does not hang on the machine.
-slow = re.sub(r"\n(rate \w+) .*", r"\n\1 1e-6 1e3 1e-8 1e4 1e-8 1e5 1e-8", whole)
-for name in numbers:
-    value = 0.9 if name in ("reduction", "post", "migration[0].call") else 1e-9 if name in ("wire", "copy", "kept", "pool") else 1e-6
-    slow = re.sub(rf"\n{re.escape(name)} .*", f"\n{name} {value:g}", slow)
-with open("slow.model", "w") as file:
-    file.write(slow)
+
+def given(path, call):
+    """A model whose constants are all given here, so that what it says does not hang on the machine; of each message, `call`."""
+    text = re.sub(r"\n(rate \w+) .*", r"\n\1 1e-6 1e3 1e-8 1e4 1e-8 1e5 1e-8", whole)
+    for name in numbers:
+        value = call if name in ("reduction", "post", "migration[0].call") else 1e-9 if name in ("wire", "copy", "kept", "pool") else 1e-6
+        text = re.sub(rf"\n{re.escape(name)} .*", f"\n{name} {value:g}", text)
+    return check.write(path, text)
+
+
+given("slow.model", 0.9)
 text = run("-model_file", "slow.model", "-dry_run", "-report_processes")
 holds("where messages take a second, no number of particles keeps many processes efficient, and spatial is never ahead",
       "spatial is never ahead" in text and ", no number on 32768" in text, text[text.find("  pool:"):])
@@ -230,7 +236,8 @@ for n, strategy in ((1, "spatial"), (3, "spatial"), (3, "pool")):
     holds(f"{strategy} on {n}: the phases are there", {"P2G_MASS", "G2P_STRESS", "all"} <= {row[0] for row in rows})
 
 # ---- The table of a dry run
-dry = run("-dry_run", "-report_processes", "-parallel_migrate", "direct")
+dry_run = ["-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", given("quick.model", 1e-6)]
+dry = run(*dry_run)
 ROW = re.compile(r"^ +(\d+) +([\d.e+-]+) +(\S+ \w+) +([\d.]+) +([\d.]+) +([\d.]+)(?: +([\d.e+-]+) +(\S+ \w+) +[\d.]+)?$", re.M)
 table = ROW.findall(dry)  # processes, s/step, in all, speed-up, efficiency, imbalance, pool's s/step, in all
 holds("a dry run predicts 1, 2, 4, ... processes", [int(row[0]) for row in table][:5] == [1, 2, 4, 8, 16])
@@ -239,10 +246,10 @@ for row in table:
           abs(float(row[3]) / int(row[0]) - float(row[4])) < 0.01 and
           float(row[3]) <= 1.05 * int(row[0]) / float(row[5]) * 1.3)
 for n in (3, 5):  # which count the particles in parts
-    rows = ROW.findall(run("-dry_run", "-report_processes", "-parallel_migrate", "direct", n=n))
+    rows = ROW.findall(run(*dry_run, n=n))
     holds(f"{n} processes predict the same steps and imbalances", [(row[0], row[1], row[5]) for row in rows[1:]] == [(row[0], row[1], row[5]) for row in table[1:]])
 for n in (2, 4):
-    shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
+    shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", "-model_file", "quick.model", n=n)).group(1)
     holds(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][5]) == float(shown))
 holds("it names the pool's bound and its best patches", re.search(r"exceeds a speed-up of [\d.]+; best patches", dry))
 

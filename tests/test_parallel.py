@@ -333,7 +333,7 @@ def part_fit(counts):
     for name, dim, cells, n, largest in (("5x3 cells", 2, (5, 3), 16, 6), ("9 cells", 1, (9,), 8, 5), ("5x3 cells", 2, (5, 3), 7, 6), ("1x1x3 cells", 3, (1, 1, 3), 13, 2)):
         body = {"lower": [0.01] * dim, "upper": [min(cells) * 0.9] * dim, "velocity": ["0.1"] + ["0"] * (dim - 1)}
         scene = write_scene("fit_" + name.replace(" ", "_"), dim, cells, [body], h=1.0, extra="-time_end 1\n-dt_size 0.01\n-output_every 0.1") + ["-time_max_steps", "20"]
-        told = check.pebble(*scene, "-output_dir", "fit", n=n, timeout=30)
+        told = check.pebble(*scene, "-output_dir", "fit", n=n)
         lines = told.lines
         check.that(told.status == 2 and len(lines) == 1 and re.search(rf"\b{n} processes\b.*\b{largest}$", lines[0]) and "digest" not in told.out, f"{name} on {n} processes: exit status {told.status}, {lines}")
         compare(f"{name}, as many processes as fit", scene, [(largest, *SPATIAL)] + [(7, *POOL)] * (n == 7))

@@ -1,5 +1,6 @@
 """Values that are hardly meant are noted (src/advice/plausible.def, doubtful.txt), and no sensible scene gets a note: those of
-options/, the starter problems of docs/trust.md, those of the tutorial and the README, and sensible.txt.
+options/, the starter problems of docs/trust.md, those of the tutorial and the README, sensible.txt, and inputs of other codes
+(translated.txt), which also make a few steps.
 
 usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|sensible
 """
@@ -46,6 +47,9 @@ SCENES = {
     "tool": {**UNIT, "bodies": "b,r", **RUBBER, "bc_ymin_type": "slip", **body("b", shape="box", lower="0.2,0", upper="0.8,0.5"),
              "body_r_shape": "sphere", "body_r_center": "0.5,0.8", "body_r_radius": 0.1, "body_r_rigid": "moving", "body_r_velocity": "0,-1",
              "gravity": "0,-9.81"},
+    "jet": {**UNIT, "gravity": "0,-9.81", "bodies": "b,jet", "bc_ymin_type": "slip", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
+            **body("b", shape="box", lower="0,0", upper="1,0.2"), **body("jet", shape="box", lower="0,0.5", upper="0.2,0.6", velocity="2,0"),
+            "sources": "jet", "source_jet_to": 0.1, **material(model="fluid", rho=1000, K=2e6)},
 }
 
 
@@ -87,6 +91,7 @@ def judge(case):
 
 
 def doubtful():
+    check.write("ramp.csv", "0,0\n1000,1\n")
     found = check.at_once(judge, rows("doubtful.txt"))
     for wrong, _ in found:
         check.fault(wrong)
@@ -104,12 +109,35 @@ def doubtful():
 
 # ---- Sensible scenes
 
+def translated(text):
+    """The options of a scene of translated.txt, whose comment says how they are written."""
+    given = {}
+    for part in text.split(" ; "):
+        word, *words = shlex.split(part)
+        groups = {"mat": ("material", "materials", ["model"]), "body": ("body", "bodies", ["shape"]), "wall": ("bc", None, ["type"]), "load": ("load", "loads", ["body", "type"])}
+        if word == "grid":
+            given |= {"dim": len(words[0].split(",")), "grid_lower": words[0], "grid_upper": words[1], "grid_h": ",".join([words[2]] * len(words[0].split(",")))}
+        elif word in groups:
+            group, names, keys = groups[word]
+            name, values = words[0], dict(zip(keys, words[1:])) | dict(pair.split("=", 1) for pair in words[1 + len(keys):])
+            if names:
+                given[names] = ",".join(filter(None, [given.get(names), name]))
+            if word == "body" and "rigid" not in values:
+                values = {"material": given["materials"].split(",")[0]} | values
+            given |= {f"{group}_{name}_{key}": value for key, value in values.items()}
+        else:
+            given |= dict([shlex.split(part)[0].split("=", 1)])
+    return given
+
+
 def scenes():
     """Name and options of each."""
     for name, given in SCENES.items():
         yield name, [word for key, value in given.items() for word in ("-" + key, str(value))]
     for label, arguments in rows("sensible.txt"):
         yield label, [word for key, value in changed(arguments).items() for word in ("-" + key, str(value))]
+    for label, text in rows("translated.txt"):
+        yield label, [word for key, value in translated(text).items() for word in ("-" + key, str(value))]
     for path in sorted(glob.glob(os.path.join(check.source, "options", "*.opts"))):
         yield os.path.basename(path), ["-options_file", path]
     sys.path[:0] = [os.path.join(check.source, "tools", "trust")]
@@ -128,12 +156,19 @@ with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding
     ROWS = [".*".join(map(re.escape, re.split(r"\{\w+\}", text))) for text in re.findall(r'^MPM_UNLIKELY\(.*"(.*)"\)$', definition.read(), re.M)]
 
 
+TRANSLATED = dict(rows("translated.txt"))
+
+
 def silent(one):
     name, words = one
     run = check.pebble(*words, "-dry_run", "-output_dir", "out", "-output_name", "sensible", cwd=check.source if "-options_file" not in words else None)
     notes = re.findall(r"^note +(.*)", run.out, re.M) + [line for line in told(run) if any(re.fullmatch(row, line) for row in ROWS)]
     if run.status or not run.out or notes:
         return f"{name}: exit status {run.status}, {notes} {run.err[:300]}"
+    if name in TRANSLATED:
+        run = check.pebble(*words, "-time_max_steps", 3, "-output_dir", f"steps{hash(name)}", "-output_format", "none", "-checkpoint_every", 0)
+        if run.status:
+            return f"{name}, three steps: exit status {run.status}, {run.err[:300]}"
     return None
 
 

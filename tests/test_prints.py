@@ -17,27 +17,27 @@ import check
 REST = check.arguments(__doc__, 1) == ["rest"]
 DISKS = ["-options_file", check.scene("disks"), "-check_momentum", "0", "-check_energy", "0", "-output_format", "none", "-report_limits", "false"]
 UNITS = {"second": 1, "minute": 60, "hour": 3600, "day": 86400, "year": 3.156e7}
-PREDICT = r"^predict +(\S+) steps of (\S+) s: about (\S+) (\w+?)s? without output, give or take a factor of (\S+) \((.*)\)$"
+PREDICT = r"^predict +(\S+) steps of (\S+) s: roughly (\S+) (\w+?)s? without output \((.*); a run of more than a second measures it first\)$"
 
 
 def predicted(*options, scene=DISKS):
-    """The line of the prediction: steps, s a step, number, unit, factor, origin."""
+    """The line of the prediction: steps, s a step, number, unit, origin."""
     run = check.must(*scene, *options, "-dry_run")
     found = re.search(PREDICT, run.out, re.M)
     check.need(found, f"no prediction: {run.out}")
-    return float(found[1]), float(found[2]), float(found[3]), found[4], found[5], found[6]
+    return float(found[1]), float(found[2]), float(found[3]), found[4], found[5]
 
 
 def words():
     """The time in words is that of the steps, in the unit that suits it."""
     units = {}
     for power in range(-1, 14, 1 if REST else 2):
-        steps, step, number, unit, factor, origin = predicted("-time_end", f"3e{power}")
+        steps, step, number, unit, origin = predicted("-time_end", f"3e{power}")
         seconds = steps * step
         check.fault(None if abs(number * UNITS[unit] / seconds - 1) < 0.06 else f"{steps} steps of {step} s are about {number} {unit}s")
         below = {"second": 90, "minute": 90, "hour": 48, "day": 730, "year": 1e99}[unit]
         check.fault(None if number <= below and (unit == "second" or number * UNITS[unit] >= 1.4 * UNITS[unit]) else f"{number} {unit}s are not the unit that suits")
-        check.fault(None if (factor, origin) == ("two", "rough constants") else f"a factor of {factor}, {origin}")
+        check.fault(None if origin == "rough constants" else origin)
         units[unit] = number
     check.that(list(units) == list(UNITS), f"times in {', '.join(units)}s")
     run = check.must(*DISKS, "-time_end", "1e8", "-dry_run")
@@ -60,22 +60,37 @@ def steps():
 TABLE = r"^phase +s +%.*\n(  \w+ .*\n)+  all .*\nmodel      constants .*$"
 
 
+OUTPUT = r"^output     (\S+) s for history and snapshots$"
+
+
+def seconds(run):
+    return float(run.find(r"^done .* in (\S+) s"))
+
+
+def first(good, runs):
+    """The first of some runs that is good, else the last: the time of a run hangs on the machine and on what else it does."""
+    for options in runs:
+        run = check.must(*DISKS, *options)
+        if good(run):
+            break
+    return run
+
+
 def phases():
     """The table is printed after a second of steps, or where it is asked for, and never where it is refused."""
-    short, long = ["-time_end", "0.5"], ["-dt_size", "5e-5", "-history_every", "10"]
-    run = check.must(*DISKS, *short)
+    short = ["-time_end", "0.5"]
+    run = first(lambda run: seconds(run) < 1, 3 * [short])
     check.that(not re.search(r"^(phase|model|output|  all) ", run.out, re.M) and run.find(r"^speed  .*(process)$"), "a short run prints no phases, but its speed")
-    asked = check.must(*DISKS, *short, "-report_phases")
+    asked = first(lambda run: run.find(OUTPUT), 3 * [[*short, "-report_phases"]])
     check.that(re.search(TABLE, asked.out, re.M), "-report_phases asks for them")
     check.that(asked.digest == run.digest, "and the bits are the same")
-    check.that(re.search(r"^output     \S+ s for history and snapshots$", asked.out, re.M), "with the time of the output")
+    check.that(asked.find(OUTPUT), "with the time of the output")
     check.that(not re.search(TABLE, check.must(*DISKS, *short, "-report_phases", "false").out, re.M), "-report_phases false does not")
-    lengthy = check.must(*DISKS, *long)
-    check.need(float(lengthy.find(r"^done .* in (\S+) s")) > 1, "a run of more than a second")
-    check.that(re.search(TABLE, lengthy.out, re.M), "steps that take a second print them")
-    check.that(not re.search(TABLE, check.must(*DISKS, *long, "-report_phases", "false").out, re.M), "but not with -report_phases false")
-    often = check.must(*DISKS, "-dt_size", "3e-4", "-history_every", "0", "-report_phases", "false")
-    check.that(re.search(r"^output     \S+ s for history and snapshots$", often.out, re.M), "output that takes a second is told without the table")
+    lengthy = first(lambda run: seconds(run) > 1.2, (["-dt_size", dt, "-history_every", "10"] for dt in ("1e-4", "3e-5", "1e-5")))
+    check.that(re.search(TABLE, lengthy.out, re.M), f"steps that take {seconds(lengthy)} s print them")
+    often = first(lambda run: run.find(OUTPUT) and seconds(run) - float(run.find(OUTPUT)) > 1.2,
+                  (["-dt_size", dt, "-history_every", "0", "-report_phases", "false"] for dt in ("3e-4", "1e-4", "3e-5")))
+    check.that(often.find(OUTPUT) and not re.search(TABLE, often.out, re.M), "and with -report_phases false only the output, if it takes a second")
     for n, strategy in (2, "spatial"), (2, "pool"):
         check.that(re.search(TABLE, check.must(*DISKS, *short, "-report_phases", "-parallel_strategy", strategy, n=n).out, re.M), f"{strategy} on {n}")
 

@@ -56,6 +56,8 @@ def ends():
     sinks = 1000 * 9.81 * 0.8 ** 2 / 2 / (1e6 * 0.7 / (1.3 * 0.4))
     run = block("depth", "-damping_kinetic", *REST, "-probes", "top", "-probe_top_follow", "0.5,0.8")
     check.that(abs((rows := last("depth")[1])["probe_top_y"][0] - rows["probe_top_y"][-1] - sinks) < 0.03 * sinks, "the block at rest has sunk as it should")
+    run = block("falls", "-history_rest", "-body_block_lower", "0.2,0.5", "-bc_ymin_type", "separate", "-time_end", 0.1)
+    check.that("kinetic energy without strain energy" in run.out, f"what falls: {run.find('rest +(.*)')}")
 
 
 def same():

@@ -160,30 +160,31 @@ def ranks(process):
     return found
 
 
+LONG = ["-time_end", "4000", "-history_every", "0.05", "-output_every", "1"]
+
+
+def lines_of(history):
+    return check.content(history).count(b"\n") if os.path.exists(history) else 0
+
+
 def signalled(folder, which, n, only=None, more=()):
     """Starts a long run, signals its processes, or only that of one rank, when it runs, and returns its exit status and what
     it said."""
-    command = [check.program, "-options_file", check.scene("bar"), "-time_end", "400", "-history_every", "0.05",
-               "-output_every", "1", "-output_dir", folder, *more]
+    command = [check.program, "-options_file", check.scene("bar"), *LONG, "-output_dir", folder, *more]
     if n > 1:
         command = [check.mpiexec, "-n", str(n), *command]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
                                env=os.environ | mpi.ENVIRONMENT)
-    history = os.path.join(folder, "bar.csv")
-    for _ in range(1000):
-        if os.path.exists(history) and check.content(history).count(b"\n") > 4:
-            break
-        time.sleep(0.02)
+    going = lambda: process.poll() is None
+    mpi.until(lambda: lines_of(f"{folder}/bar.csv") > 4, going)
     for number in which:
         for pid in ranks(process):
             if only is None or mpi.rank_of(pid) == only:
                 os.kill(pid, number)
-        for _ in range(200):
-            if number != signal.SIGUSR1 or glob.glob(f"{folder}/bar-checkpoint-*.h5"):
-                break
-            time.sleep(0.02)
+        if number == signal.SIGUSR1:
+            mpi.until(lambda: glob.glob(f"{folder}/bar-checkpoint-*.h5"), going)
     try:
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=check.TIMEOUT)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         out, err = process.communicate()
@@ -206,8 +207,7 @@ def signals():
         step = int(written[-1])
         more = line.group(1).split()[1:]
         on = check.pebble(*more, "-time_max_steps", step + 300, n=2)
-        whole = check.pebble("-options_file", check.scene("bar"), "-time_end", "400", "-history_every", "0.05",
-                             "-output_every", "1", "-output_dir", check.folder("whole"), "-time_max_steps", step + 300)
+        whole = check.pebble("-options_file", check.scene("bar"), *LONG, "-output_dir", check.folder("whole"), "-time_max_steps", step + 300)
         check.that(on.digest == whole.digest and on.digest, f"{what}: the line leads on to digest {on.digest}, {whole.digest}")
         same("whole", folder, what)
 
@@ -323,11 +323,9 @@ def others():
     bar(check.folder("first"), "-time_end", "0.1")
     command = [check.program, "-rerun", "first/bar.h5", "-output_dir", check.folder("again"), *title]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | mpi.ENVIRONMENT)
-    while process.poll() is None and not os.path.exists("again/bar.csv"):
-        time.sleep(0.02)
-    time.sleep(0.2)
+    mpi.until(lambda: lines_of("again/bar.csv") > 4, lambda: process.poll() is None)
     process.send_signal(signal.SIGHUP)
-    _, err = mpi.keep(*process.communicate(timeout=60))
+    _, err = mpi.keep(*process.communicate(timeout=check.TIMEOUT))
     line = err.partition("go on with: ")[2].strip()
     run = check.run(["bash", "-c", line + " -time_max_steps 100"])
     check.that(process.returncode == 3 and run.status == 0 and "\nrestart " in run.out,
@@ -392,13 +390,11 @@ def large():
     command = [check.mpiexec, "-n", "2", check.program, *disks, "-history_every", "0"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
                                env=os.environ | mpi.ENVIRONMENT)
-    while process.poll() is None and not (os.path.exists(f"{folder}/disks.csv") and
-                                          check.content(f"{folder}/disks.csv").count(b"\n") > 4):
-        time.sleep(0.05)
+    mpi.until(lambda: lines_of(f"{folder}/disks.csv") > 4, lambda: process.poll() is None)
     began = time.monotonic()
     for pid in ranks(process):
         os.kill(pid, signal.SIGTERM)
-    out, err = process.communicate(timeout=100)
+    out, err = process.communicate(timeout=check.TIMEOUT)
     seconds = time.monotonic() - began
     check.that(process.returncode == 3 and "go on with" in err and re.search("^checkpoint", out, re.M),
                f"SIGTERM on 2 processes: status {process.returncode}: {err.strip()[-200:]}")

@@ -302,6 +302,40 @@ def check_paths():
     check.that(steps < 100, f"a tool of 4000 m/s that has left the grid does not bound the step, which would be 4000 steps: {steps}")
 
 
+def cut(shape, rigid, *more, velocity="0,0", law="neohookean", end=0.045):
+    """A block of rubber or clay of 1 x 0.5, and a rigid body that cuts it."""
+    soft = [line.replace("neohookean", law) for line in SOFT] + ["-material_m_yield 2e4"] * (law == "vonmises")
+    return grid([0, 0], [1.2, 1.2], 0.05) + soft + ["-bc_ymin_type fixed", "-bodies block,tool", *box("block", [0.1, 0], [1.1, 0.5], "material m", f"velocity {velocity}"),
+                                                   *(f"-body_tool_{word}" for word in (*shape, f"rigid {rigid}")), f"-time_end {end}", *more]
+
+
+BLADE = ("shape polygon", 'vertices "0.6,0.52 0.75,0.9 0.75,1.2 0.45,1.2 0.45,0.9"')
+
+
+def check_cuts():
+    """A rigid body cuts a block at the first try: by default the run warns where this parts, and goes on. Without a rigid body that may cut it ends."""
+    by = {"a blade that moves": cut(BLADE, "moving", "-body_tool_velocity 0,-10"), "one that falls": cut(BLADE, "free", "-body_tool_rho 1e5", "-body_tool_velocity 0,-10"),
+          "a block that meets it": [line.replace("-bc_ymin_type fixed", "-bc_ymin_type free") for line in cut(BLADE, "fixed", velocity="0,10")]}
+    for name, lines in by.items():
+        path = check.write("cuts.opts", lines)
+        done, stop = (check.pebble("-options_file", path, *QUIET, *more) for more in ([], ["-check_parting", "stop"]))
+        told = done.find(r"(seen at t=\S+ s: block .*; the rigid body tool, \S+ cells from there, may cut it; if it does not, use more particles per cell)")
+        stops = "moves" not in name or (stop.status == 3 and "block has come apart" in stop.err)
+        check.that(done.good and told and stops, f"{name} cuts a block of rubber: {done.err.strip() or told}; with -check_parting stop: {stop.err.strip()[:60]}")
+    lines = grid([0, 0], [1.2, 1.2], 0.05) + SOFT + ["-gravity 0,-8000", "-bc_ymax_type fixed", "-bodies block,tool", *box("block", [0.4, 0.7], [0.8, 1.2], "material m"), *box("tool", [0, 0], [0.1, 0.1], "rigid fixed"), "-time_end 0.02"]
+    done = check.pebble("-options_file", check.write("torn.opts", lines), *QUIET)
+    check.that(done.status == 3 and re.search("block has come (apart|off).*, or let it part .-check_parting warn", done.err), f"what comes apart beside a body at rest, where nothing moves against it, ends the run: {done.err.strip()[:80]}")
+
+
+def check_coarse():
+    """A free disk of few cells that slides down an elastic slope is told of, once it has slid some cells; not one of more, nor one that falls."""
+    for radius, gravity, said in ((0.2, "7,-7", True), (0.2, "0,-10", False), (0.42, "7,-7", False)):
+        lines = grid([0, 0], [4, 1.5], 0.05) + SOFT + [f"-gravity {gravity}", "-bodies ground,disk", "-bc_ymin_type fixed", *box("ground", [0, 0], [4, 0.25], "material m"),
+                                                       *(f"-body_disk_{word}" for word in ("shape sphere", f"center 0.6,{0.252 + radius}", f"radius {radius}", "rigid free", "rho 1000", "mu 0")), "-time_end 0.3"]
+        told = re.findall(r"seen at t=\S+ s: the rigid body disk, with (\S+) cells in its radius, slides or rolls on matter", run("coarse", lines)[1].out)
+        check.that(told == ["4"] * said, f"a free disk with {radius / 0.05:.1f} cells in its radius, gravity {gravity}: {told or 'nothing is told'}")
+
+
 def check_many():
     lines = rest("-time_end 1e-3")
     for k in range(8):
@@ -368,5 +402,7 @@ check_strikes()
 check_symmetric()
 check_ends()
 check_many()
+check_cuts()
+check_coarse()
 check_equal()
 check.end()

@@ -3,6 +3,8 @@ and in a stage; what a source cannot be is refused.
 
 usage: test_sources.py PEBBLE SOURCE MPIEXEC
 """
+import os
+
 import numpy as np
 
 import check
@@ -108,15 +110,47 @@ def counted():
                        .replace("-output_every 0.1", "-output_format none").replace("-time_end 0.3", "-time_end 0.15") + "-bc_zmin_type slip\n-bc_zmax_type slip\n")
     one, three = check.scene_in(deep, "deep"), check.scene_in(deep, "deep", way=3)
     check.that(one.good and one.digest == three.digest, f"downward in three dimensions, {one.find('^(sources .*)$')} {one.err.strip()}")
+    return deep
+
+
+def shapes(deep):
+    """Other shapes and directions: mass flows in as through the width or area that the velocity sees; the same bits in all ways."""
+    flat = {"a disk": ("sphere", {"center": "0.6,0.5", "radius": 0.125}, (1.5, 1), 0.25), "a disk along an axis": ("sphere", {"center": "0.6,0.5", "radius": 0.125}, (-2, 0), 0.25),
+            "a box askew": ("box", {"lower": "0.5,0.4", "upper": "0.7,0.5"}, (1.2, -1.6), 0.8 * 0.2 + 0.6 * 0.1),
+            "a triangle": ("polygon", {"vertices": '"0.4,0.4 0.8,0.5 0.5,0.7"'}, (0, 2), 0.4)}
+    for name, (shape, numbers, velocity, width) in flat.items():
+        text = [line for line in open(JET) if not line.startswith(("-body_jet_shape", "-body_jet_lower", "-body_jet_upper", "-body_jet_velocity", "-output_every", "-gravity"))]
+        words = {"shape": shape, "velocity": f"{velocity[0]:g},{velocity[1]:g}", **numbers}
+        scene = check.write(f"{shape}{len(name)}.opts", "".join(text) + "".join(f"-body_jet_{key} {value}\n" for key, value in words.items()) + "-gravity 0,-1e-3\n-output_format none\n-check_momentum 0\n")
+        said, rows = same(scene, 60) if name in ("a disk", "a box askew") else (None, None)
+        if said is None:
+            check.must("-options_file", scene, "-output_dir", "shape")
+            rows = check.history(f"shape/{os.path.basename(scene)[:-5]}.csv")
+        flow = np.interp(rows["time"], [0.05, 0.25], [0, 0.2]) * np.hypot(*velocity) * width * 1000
+        off = abs(rows["mass"] - 400 - flow)
+        check.that(-1e-3 * flow[-1] < (rows["mass"] - 400 - flow)[-1] < 1000 * width * 0.05 and off.max() < 1000 * width * 0.05, f"{name}: {rows['mass'][-1] - 400:g} kg flow in, of {flow[-1]:g}; on the way {off.max():.2g} off")
+    text = [line for line in open(deep) if not line.startswith(("-body_jet_shape", "-body_jet_lower", "-body_jet_upper", "-body_jet_velocity"))]
+    for name, more, seen in (("a ball", {"shape": "sphere", "center": "0.6,0.5,0.6", "radius": 0.2, "velocity": "1.2,0,-1.6"}, np.pi * 0.04),
+                             ("a cylinder along its axis", {"shape": "cylinder", "center": "0.6,0.5,0.6", "radius": 0.2, "length": 0.2, "axis": "3,0,-4", "velocity": "1.2,0,-1.6"}, np.pi * 0.04),
+                             ("a cylinder across it", {"shape": "cylinder", "center": "0.6,0.5,0.6", "radius": 0.15, "length": 0.4, "axis": "0,1,0", "velocity": "1.2,0,-1.6"}, 0.12),
+                             ("a prism", {"shape": "polygon", "vertices": '"0.4,0.3 0.8,0.3 0.8,0.7"', "lower": "0.4,0.3,0.5", "upper": "0.8,0.7,0.6", "velocity": "0,0,-2"}, 0.08),
+                             ("a prism across", {"shape": "polygon", "vertices": '"0.4,0.3 0.8,0.3 0.8,0.7"', "lower": "0.4,0.3,0.5", "upper": "0.8,0.7,0.7", "velocity": "2,0,0"}, 0.08)):
+        scene = check.write("solid.opts", "".join(text) + "".join(f"-body_jet_{key} {value}\n" for key, value in more.items()))
+        one = check.scene_in(scene, "solid")
+        check.need(one.good, f"{name}: {one.err}")
+        rows = check.history("solid/solid.csv")
+        mass, flow = rows["mass"][-1] - rows["mass"][0], 1000 * seen * 2 * 0.1
+        check.that(abs(mass / flow - 1) < 0.25, f"{name}: {mass:g} kg in 0.1 s, of {flow:g}, in layers of {2000 * seen * 0.05 / 2:.3g}")
 
 
 def refused():
     for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
-                        (["-body_jet_velocity", "2,1"], "-body_jet_velocity 2,1 is not along one axis"), (["-body_jet_velocity", "0,0"], "-body_jet_velocity 0,0 is not along one axis"),
-                        (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-sources: the front of jet, at x = 0, does not lie in the grid"),
+                        (["-body_jet_velocity", "0,0"], "-body_jet_velocity must be numbers, one of them not 0"),
+                        (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-sources: a particle of jet would enter at x = 0.0125, but the grid is from 0 to 2"),
                         (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start"),
-                        (["-body_jet_cut", "pool"], "-sources: the body jet must be a box that no other cuts"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
-                        (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution")):
+                        (["-body_jet_cut", "pool"], "-sources: the body jet may not be cut or limited by others"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
+                        (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution"),
+                        (["-body_jet_shape", "expression", "-body_jet_expression", "0.01-(x-0.5)^2"], "-sources: the body jet must be a box, sphere, cylinder or polygon; and a polygon in 3-D moves along z, or across it")):
         told = check.scene_in(JET, "refused", *more)
         check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, f"{' '.join(map(str, more))}: {told.err.strip()}")
     told = check.scene_in(BLOCKS, "refused", "-method_frame", "total")
@@ -125,6 +159,6 @@ def refused():
     check.that(told.status == 2 and "-sources is not built yet with -geometry axisymmetric" in told.err, told.err.strip())
 
 
-counted()
+shapes(counted())
 refused()
 check.end()

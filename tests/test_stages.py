@@ -5,6 +5,7 @@ usage: test_stages.py PEBBLE SOURCE MPIEXEC
 """
 import glob
 import os
+import re
 import shutil
 
 import numpy as np
@@ -162,6 +163,9 @@ def checked():
     check.that(told.status == 2 and "-stage_a_time is not an option of this scene: -stages declares the names of stages" in told.err, told.err.strip())
     dry = check.scene_in("staged.opts", check.folder("dry"), "-dry_run")
     check.that(dry.status == 0 and "the scene is valid" in dry.out and not os.path.exists("dry/staged.csv"), "-dry_run checks all stages, and makes no step")
+    one, = re.findall(r"^predict +(\S+) steps of", dry.out, re.M)
+    all_, = re.findall(r"^predict +that is this stage; with steps as here, all stages to t=2.11 s take (\S+) steps, roughly ", dry.out, re.M)
+    check.that(abs(float(all_) / float(one) - 2.11 / 2) < 1e-3, f"it predicts {one} steps of the first, {all_} of all")
 
 
 def statics():

@@ -77,12 +77,14 @@ The value of an option may be a formula where its meaning says so:
 WORDS = """
 ## Words of other programs
 
-`pebble -help <word>` finds these, whatever their case and with or without `-`, `_` and `*`, and so do the refusals of
-options and of values. They need not mean exactly the same: [materials.md](materials.md) has the equations.
+`pebble -help <word>` says what a word of another program is called here, or that it is not built and what comes nearest,
+whatever its case and with or without `-`, `_` and `*`; so do the refusals of options and of values. `pebble -help words`
+lists all {number}. They need not mean exactly the same: [materials.md](materials.md) has the equations. Some of them:
 
-| words there | here |
+| word there | here |
 | --- | --- |
 """
+EXAMPLES = "mat_003 mat_020 encastre dload phase fos tssfac d3plot thickness restitution axisymmetry erosion pore_pressure".split()
 WORD = re.compile(r"^  (?P<words>.*?)(?:, of (?P<option>-\S+))?: (?P<text>.*)$")
 
 
@@ -139,12 +141,17 @@ def write_formulas(groups, words):
 
 
 def write_words(text):
-    """The table of words of other programs, from what -help words prints."""
-    lines = []
+    """Examples of words of other programs, from what -help words prints."""
+    lines, number, left = [], 0, list(EXAMPLES)
     for found in filter(None, map(WORD.match, text.splitlines()[1:])):
+        number += len(found["words"].split())
         option = f" of `{found['option']}`" if found["option"] else ""
-        lines.append("| " + ", ".join(f"`{word}`" for word in found["words"].split()) + f"{option} | {cell(found['text'])} |")
-    return WORDS + "\n".join(lines) + "\n"
+        for word in set(left) & set(found["words"].split()):
+            lines.append((EXAMPLES.index(word), f"| `{word}`{option} | {cell(found['text'])} |"))
+            left.remove(word)
+    if left:
+        fail(f"{' '.join(left)}: not among the words of other programs")
+    return WORDS.format(number=number) + "\n".join(line for _, line in sorted(lines)) + "\n"
 
 
 def cell(text):

@@ -1,6 +1,6 @@
 /* doubts.c - what is doubtful in a scene whose options are valid, as far as it can be told before the first step: it is
    refused where the run could only fail, else warned of, or noted where a value is surely not what was meant. */
-#include "advice/advice.h"
+#include "advice/unlikely.h"
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -72,7 +72,7 @@ static PetscErrorCode NoteMaterial(const MPMPrinter *print, const MPMMaterial *m
   if (E < MPM_BOUND_soft && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= MPM_BOUND_si_density))
     PetscCall(MPMNote(print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)", m->name,
                       ModulusOf(m), (double)E));
-  if (m->rho < MPM_BOUND_gas && (earth || E >= MPM_BOUND_si_modulus))
+  if (m->rho < MPM_BOUND_gas && !MPMUnlikelyTonnes(m) && (earth || E >= MPM_BOUND_si_modulus))
     PetscCall(MPMNote(print,
                       "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000); if t/m^3 or "
                       "g/cm^3 are meant, write %g",
@@ -239,6 +239,7 @@ static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
     const PetscBool    fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
     PetscReal          lower[3], upper[3], weight = 0;
 
+    if (b->source.on) continue; /* how much of it there is at once is not known */
     MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
     for (PetscInt d = 0; d < core->grid.dim; d++)
       weight += m->rho * PetscAbsReal(core->params.gravity[d]) * (upper[d] - lower[d]);
@@ -284,7 +285,7 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
     const MPMMaterial *m = &scene->materials[b->material];
     PetscReal          lower[3], upper[3];
 
-    if (b->alone || !(m->state & MPM_BIT(vc)) || m->cohesion > 0) continue;
+    if (b->alone || b->source.on || !(m->state & MPM_BIT(vc)) || m->cohesion > 0) continue;
     MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
     for (PetscInt d = 0; d < core->grid.dim && HasRoom(core, scene, lower, upper); d++) {
       const PetscReal own = MPM_BOUND_runs *

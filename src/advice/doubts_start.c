@@ -172,7 +172,7 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
                            (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
     char            why[MPM_TEXT_LEN];
 
-    if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
+    if (b->source.on || !(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
     MPMFitTell(b, grid, shape, why);
     PetscCall(MPMWarn(&core->print,
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT ", and its shape %.3g: %s", b->name,
@@ -230,20 +230,23 @@ static PetscErrorCode WarnCuts(const MPMCore *core, const MPMScene *scene)
 /* Warns of where matter is, and of what walls and viscosity will do. */
 static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, const MPMTime *time)
 {
-  PetscBool advances = PETSC_FALSE;
-  char      meets[MPM_TEXT_LEN];
+  PetscBool   advances = PETSC_FALSE;
+  const char *piston   = NULL;
+  char        meets[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   if (scene->overlap)
     PetscCall(MPMWarn(&core->print,
                       "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice; move one, or give -body_<b>_cut",
                       scene->overlap));
+  for (PetscInt k = 0; k < 6; k++)
+    if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston && scene->walls.place[k] > 0)
+      piston = piston ? "<f>" : MPMFaceNames[k];
   if (scene->behind)
-    PetscCall(
-        MPMWarn(&core->print,
-                "%" PetscInt64_FMT
-                " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the body",
-                scene->behind));
+    PetscCall(MPMWarn(&core->print,
+                      "%" PetscInt64_FMT
+                      " particles start behind a piston, which moves them along; shorten -bc_%s_distance or cut the body",
+                      scene->behind, piston));
   if (scene->on_line && core->basis == MPM_BASIS_linear)
     PetscCall(MPMWarn(
         &core->print,

@@ -146,6 +146,7 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   const PetscInt shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
   PetscInt64     n[SHOWN + 2];
   MPMSum         sum[SHOWN + 1][2];
+  char           at[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(CountParticles(core, scene, shown, n, sum));
@@ -162,11 +163,10 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   for (PetscInt b = 0; b < shown; b++) {
     const MPMSource *s = &scene->bodies[b].source;
 
-    if (s->on)
-      PetscCall(MPMPrint(&core->print,
-                         "source     %s: %" PetscInt64_FMT " particles flow in at %c = %g m from t=%g to %g s, with %g m/s\n",
-                         scene->bodies[b].name, scene->bodies[b].n, "xyz"[s->axis], (double)s->front, (double)s->from,
-                         (double)s->to, (double)s->speed));
+    if (!s->on) continue;
+    MPMPlaceWords(core->grid.dim, s->v, at);
+    PetscCall(MPMPrint(&core->print, "source     %s: %" PetscInt64_FMT " particles flow in from t=%g to %g s, with %s m/s\n",
+                       scene->bodies[b].name, scene->bodies[b].n, (double)s->from, (double)s->to, at));
   }
   if (shown < scene->nbodies)
     PetscCall(MPMPrint(&core->print,

@@ -22,15 +22,17 @@ PetscErrorCode MPMRestLook(MPMCore *core, const MPMScene *scene)
 
 PetscErrorCode MPMRestTell(const MPMCore *core, const MPMTotals *now, const MPMTime *time)
 {
-  const MPMRest *r = &core->rest;
-  char           since[MPM_NAME_LEN] = "", ratios[2 * MPM_NAME_LEN];
+  const MPMRest  *r     = &core->rest;
+  const PetscReal share = MPMShownKineticShare(now);
+  char            since[MPM_NAME_LEN] = "", ratios[3 * MPM_NAME_LEN], energy[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   if (!r->on || !core->step || MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);
   if (r->reached) (void)snprintf(since, sizeof since, "at rest since t=%g s: ", (double)r->since);
-  (void)snprintf(ratios, sizeof ratios,
-                 "largest force out of balance %.2g of the largest that acts, kinetic energy %.2g of strain energy",
-                 (double)r->unbalanced, (double)MPMShownKineticShare(now));
+  (void)snprintf(energy, sizeof energy, "%.2g of strain energy", (double)share);
+  if (!(share < 1e12)) (void)snprintf(energy, sizeof energy, "without strain energy");
+  (void)snprintf(ratios, sizeof ratios, "largest force out of balance %.2g of the largest that acts, kinetic energy %s",
+                 (double)r->unbalanced, energy);
   PetscCall(MPMPrint(&core->print, "rest       %s%s\n", since, ratios));
   if (r->limit > 0 && !r->reached && core->t >= time->end)
     PetscCall(MPMWarn(&core->print,

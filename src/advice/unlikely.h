@@ -47,6 +47,7 @@ void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
+PetscBool MPMUnlikelyTonnes(const MPMMaterial *); /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
 PetscReal MPMUnlikelySize(const MPMLook *, MPMExpression, PetscInt nc, const PetscReal x[]);
 
 #endif

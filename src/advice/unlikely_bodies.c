@@ -102,6 +102,20 @@ PetscBool MPMUnlikely_speed_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_travels(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  PetscReal      v[9] = {0}, sign, size = 0;
+  PetscInt       d;
+
+  if (look->g > 0 || look->scene->forced || look->scene->known || !Velocity(look, k, odd, v)) return PETSC_FALSE;
+  d = Along(grid->dim, v, &sign);
+  for (PetscInt e = 0; e < grid->dim; e++) size = PetscMax(size, grid->upper[e] - grid->lower[e]);
+  odd->ratio = PetscAbsReal(v[d]) * look->time->end / size;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return !grid->periodic[d] && MPMUnlikelyGiven("time_end", NULL, "", odd) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
@@ -127,19 +141,49 @@ PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns how many cells two bodies are apart, by their boxes; 0: these overlap. */
+static PetscReal Gap(const MPMLook *look, PetscInt k, PetscInt other)
+{
+  PetscReal gap = 0;
+
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
+                            look->core->grid.h[d]);
+  return gap;
+}
+
+PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid     *grid = &look->core->grid;
+  const MPMContacts *c    = look->core->contacts;
+  const MPMBody     *b    = &look->scene->bodies[k];
+  PetscReal          size = 0, least = PETSC_MAX_REAL;
+  PetscBool          meets = PETSC_FALSE, moves = PETSC_FALSE;
+
+  if (!c || grid->dim == 1 || !MPMMaterialKeepsShape(&look->scene->materials[b->material])) return PETSC_FALSE;
+  for (PetscInt q = 0; q < c->npairs; q++)
+    if (!c->pair[q].rigid && !c->pair[q].glued && (c->pair[q].a == b->copy || c->pair[q].b == b->copy)) meets = PETSC_TRUE;
+  for (PetscInt other = 0; other < look->scene->nbodies; other++) {
+    if (look->scene->bodies[other].v2 > 0) moves = PETSC_TRUE;
+    if (other != k) least = PetscMin(least, Gap(look, k, other));
+  }
+  if (!meets || !(moves || (look->g > 0 && least > 1))) return PETSC_FALSE; /* what touches and rests loses nothing */
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    size       = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
+    odd->ratio = PetscMax(odd->ratio, (look->upper[k][d] - look->lower[k][d]) / grid->h[d]);
+  }
+  (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
+  MPMUnlikelyWrite(odd->meant, size / 16);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_gap_bodies(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-
-  if (look->core->contacts || grid->total) return PETSC_FALSE;
+  if (look->core->contacts || look->core->grid.total) return PETSC_FALSE;
   for (PetscInt other = 0; other < look->scene->nbodies; other++) {
-    const MPMBody *b   = &look->scene->bodies[other];
-    PetscReal      gap = 0;
+    const MPMBody  *b   = &look->scene->bodies[other];
+    const PetscReal gap = other == k ? 0 : Gap(look, k, other);
 
-    if (other == k) continue;
-    for (PetscInt d = 0; d < grid->dim; d++)
-      gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
-                              grid->h[d]);
     if (!(gap > 0.05 && gap < 1 - 1e-6) || other < k) continue;
     odd->ratio = gap;
     (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", look->scene->bodies[k].name);
@@ -194,7 +238,7 @@ PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal gap  = up ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
 
-  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n) return PETSC_FALSE;
+  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1) return PETSC_FALSE;
   odd->ratio = (gap - look->scene->walls.place[2 * d + up]) / grid->h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
@@ -204,7 +248,7 @@ PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
 
-  if (!(MPMInitialGravity(look->scene) > 0)) return PETSC_FALSE;
+  if (!(MPMInitialGravity(look->scene) > 0) || look->core->stages.now > 1) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt  d   = face / 2;
     const PetscReal gap = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
@@ -264,6 +308,33 @@ PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const PetscInt     b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
+  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
+  PetscReal          x[3];
+
+  if (!(look->g > 0) || m->type->traits & MPM_FLUID || !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
+      (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
+    return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[b][d] + look->upper[b][d]);
+  for (PetscInt j = 0; j <= 10; j++) { /* where it presses at any time, it is one that swings */
+    const PetscReal t        = look->time->end * (PetscReal)j / 10;
+    PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
+
+    if (MPMExpressionEvaluate(load->value, dim, x, x, t, value)) return PETSC_FALSE;
+    if (load->type == MPM_LOAD_PRESSURE)
+      pull = -value[0];
+    else if (load->type == MPM_LOAD_FORCE || load->sides == (PetscInt)1 << (2 * look->down + (up > 0)))
+      pull = (PetscReal)up * value[look->down];
+    if (pull < 0) return PETSC_FALSE;
+    odd->ratio = PetscMax(odd->ratio, pull);
+  }
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
 PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   PetscReal size, modulus;
@@ -276,14 +347,15 @@ PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMLoad *load = &look->scene->loads[k];
-  PetscReal      x[3], was[3] = {0}, most = 0, change[STEPS];
-  PetscInt       n = 0;
+  const MPMLoad  *load = &look->scene->loads[k];
+  const PetscReal dt   = look->core->implicit ? look->time->fixed : look->dt;
+  PetscReal       x[3], was[3] = {0}, most = 0, change[STEPS];
+  PetscInt        n = 0;
 
-  if (look->core->implicit || !(look->dt > 0)) return PETSC_FALSE;
+  if (!(dt > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[load->body][d] + look->upper[load->body][d]);
   for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
-    const PetscReal t  = 0.3 * look->time->end + look->dt * ((PetscReal)j + 0.2 * PetscSqrtReal(1 + (PetscReal)j) / STEPS);
+    const PetscReal part = 0.618 * (PetscReal)j, t = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
     PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
 
     if (MPMExpressionEvaluate(load->value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;
@@ -297,7 +369,7 @@ PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   for (PetscInt j = 0; j < STEPS; j++) n += change[j] > 0.5 * most;
   odd->ratio = (PetscReal)n / STEPS;
-  MPMUnlikelyWrite(odd->other, look->dt);
+  MPMUnlikelyWrite(odd->other, dt);
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 

@@ -26,6 +26,18 @@ static PetscBool IsSoil(const MPMMaterial *m)
   return m->type->traits & MPM_LOOSE && !(m->type->traits & MPM_FLUID) ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_millimetres(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m = &look->scene->materials[k];
+  PetscReal          rho;
+
+  if (!OfMaterial(look, k, "_rho", odd, &rho) || !MPMUnlikelyTonnes(m)) return PETSC_FALSE;
+  odd->ratio = MPMUnlikelyExtent(look, k, -1);
+  NameOther(m, HasOption(m, "E") ? "E" : HasOption(m, "K") ? "K" : "c0", odd);
+  MPMUnlikelyWrite(odd->meant, 1e12 * rho);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_rho_kilonewtons(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   if (!look->earth || !OfMaterial(look, k, "_rho", odd, &odd->ratio) || odd->ratio < 10) return PETSC_FALSE;
@@ -95,6 +107,11 @@ PetscBool MPMUnlikely_yield_modulus(const MPMLook *look, PetscInt k, MPMOdd *odd
   return BesideModulus(look, k, "_yield", odd) && odd->ratio < MPM_BOUND_yield_none ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_yield_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return BesideModulus(look, k, "_yield", odd) && odd->ratio > MPM_BOUND_yield_least ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_hardening_modulus(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   return BesideModulus(look, k, "_hardening", odd);
@@ -124,6 +141,11 @@ PetscBool MPMUnlikely_friction_large(const MPMLook *look, PetscInt k, MPMOdd *od
   if (!OfMaterial(look, k, "_friction_angle", odd, &odd->ratio)) return PETSC_FALSE;
   MPMUnlikelyWrite(odd->meant, PetscAtanReal(odd->ratio / 100) * 180 / PETSC_PI);
   return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_friction_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return OfMaterial(look, k, "_friction_angle", odd, &odd->ratio) && odd->ratio > MPM_BOUND_angle ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_dilation_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -166,11 +188,24 @@ PetscBool MPMUnlikely_soil_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return look->earth && IsSoil(&look->scene->materials[k]) ? Waves(look, k, odd) : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_soil_stiff(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m = &look->scene->materials[k];
+
+  PetscReal          cohesion = 0;
+
+  (void)OfMaterial(look, k, "_cohesion", odd, &cohesion);
+  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_cohesion %.3g", m->name, (double)cohesion);
+  if (!look->earth || !IsSoil(m) || !OfMaterial(look, k, "_E", odd, &odd->ratio) || cohesion > 1e5) return PETSC_FALSE;
+  MPMUnlikelyWrite(odd->meant, odd->ratio / 1000);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_solid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMMaterial *m = &look->scene->materials[k];
 
-  if (m->type->traits & MPM_FLUID || !(look->earth || m->rho >= MPM_BOUND_si_density)) return PETSC_FALSE;
+  if (m->type->traits & MPM_FLUID || !(look->earth || m->rho >= MPM_BOUND_si_density) || MPMUnlikelyTonnes(m)) return PETSC_FALSE;
   return Waves(look, k, odd);
 }
 
@@ -209,6 +244,25 @@ PetscBool MPMUnlikely_heat_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+PetscBool MPMUnlikely_cutoff_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m = &look->scene->materials[k];
+
+  return !(m->type->traits & MPM_FLUID) && BesideModulus(look, k, "_tension_cutoff", odd) && odd->ratio > 0 ? PETSC_TRUE
+                                                                                                          : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal reference;
+
+  NameOther(&look->scene->materials[k], "rate_factor", odd);
+  return OfMaterial(look, k, "_rate_factor", odd, &odd->ratio) && OfMaterial(look, k, "_rate_reference", odd, &reference) &&
+                 reference != 1
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_water_thick(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscReal rho = look->scene->materials[k].rho;
@@ -217,4 +271,13 @@ PetscBool MPMUnlikely_water_thick(const MPMLook *look, PetscInt k, MPMOdd *odd)
     return PETSC_FALSE;
   MPMUnlikelyWrite(odd->meant, odd->ratio / 1000);
   return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_liquid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal rho = look->scene->materials[k].rho;
+
+  if (!look->earth || rho < MPM_BOUND_si_density || !OfMaterial(look, k, "_viscosity", odd, &odd->ratio)) return PETSC_FALSE;
+  MPMUnlikelyWrite(odd->meant, odd->ratio * rho);
+  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
 }

@@ -42,6 +42,32 @@ PetscBool MPMUnlikely_face_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+/* Is matter at rest at the start, and is nothing but gravity there that moves it? */
+static PetscBool IsAtRest(const MPMLook *look)
+{
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (look->scene->bodies[b].v2 > 0 || look->scene->bodies[b].source.on) return PETSC_FALSE;
+  return look->scene->forced || look->scene->known || look->core->stages.n > 1 ? PETSC_FALSE : PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_piston_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d = k / 2, side = k % 2;
+  const PetscReal place = look->scene->walls.place[k];
+  const PetscReal gap   = side ? grid->upper[d] - place - look->highest[d] : look->lowest[d] - grid->lower[d] - place;
+  PetscReal       v;
+
+  if (look->scene->walls.given[d][side].type != MPM_WALL_piston || !IsAtRest(look) || look->core->rigids.n ||
+      !(gap > 0.1 * grid->h[d]) || look->core->params.gravity[d] * (side ? 1 : -1) > 0 ||
+      !MPMUnlikelyNumber("bc", MPMFaceNames[k], "_velocity", odd, &v))
+    return PETSC_FALSE;
+  odd->ratio = (side ? -v : v) * look->time->end / gap;
+  MPMUnlikelyWrite(odd->other, gap);
+  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_distance", MPMFaceNames[k]);
+  return PETSC_TRUE;
+}
+
 /* Returns the rigid body k among the shapes, or NULL if that is none. */
 static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
 {
@@ -138,6 +164,62 @@ PetscBool MPMUnlikely_rigid_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (v[d] != 0 && !(gap > 0.1 * look->core->grid.h[d])) return PETSC_FALSE;
   }
   return v[0] != 0 || v[1] != 0 || v[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = RigidBody(look, k);
+  const MPMGrid *grid = &look->core->grid;
+  PetscReal      lower[3], upper[3];
+
+  if (!b || grid->dim == 1) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, grid->dim, lower, upper);
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    if (!((upper[d] - lower[d]) / grid->h[d] < odd->ratio)) continue;
+    odd->ratio = (upper[d] - lower[d]) / grid->h[d];
+    (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[d]);
+    MPMUnlikelyWrite(odd->meant, 0.5 * (upper[d] - lower[d]));
+  }
+  return MPMUnlikelyGiven("body", b->name, "_shape", odd);
+}
+
+/* Reads the velocity of a rigid body that moves by numbers, without a turn. */
+static PetscBool RigidVelocity(const MPMLook *look, const MPMBody *b, MPMOdd *odd, PetscReal v[9])
+{
+  const PetscReal x[3] = {0};
+
+  return b && b->rigid == MPM_RIGID_MOVING && !b->spin && MPMUnlikelyGiven("body", b->name, "_velocity", odd) &&
+                 strspn(odd->value, "+-.,0123456789eE \t") == strlen(odd->value) &&
+                 !MPMExpressionEvaluate(b->velocity, look->core->grid.dim, x, x, 0, v)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_rigid_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal v[9] = {0};
+
+  if (!RigidVelocity(look, RigidBody(look, k), odd, v) || !(look->time->end > 0) || look->core->stages.n > 1) return PETSC_FALSE;
+  odd->ratio = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * look->time->end / MPMGridSmallestH(&look->core->grid);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b = RigidBody(look, k);
+  const PetscInt  d = look->down, dim = look->core->grid.dim;
+  const PetscReal up = look->core->params.gravity[d] < 0 ? 1 : -1;
+  PetscReal       v[9] = {0}, lower[3], upper[3];
+
+  if (!b || b->tied || !(look->g > 0) || !IsAtRest(look) || (b->rigid != MPM_RIGID_FIXED && !RigidVelocity(look, b, odd, v)))
+    return PETSC_FALSE;
+  MPMRegionBounds(&b->region, dim, lower, upper);
+  odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]) + PetscMin(0, up * v[d] * look->time->end);
+  odd->ratio /= look->core->grid.h[d];
+  for (PetscInt face = 0; face < 2 * dim; face++)
+    if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
+  return MPMUnlikelyGiven("body", b->name, b->rigid == MPM_RIGID_FIXED ? "_rigid" : "_velocity", odd);
 }
 
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)

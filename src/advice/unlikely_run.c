@@ -15,10 +15,33 @@ PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd
   for (PetscInt b = 0; b < scene->nbodies; b++)
     if (scene->bodies[b].v2 > 0 || scene->bodies[b].points) return PETSC_FALSE;
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
-    if (scene->bodies[b].rigid == MPM_RIGID_MOVING || scene->bodies[b].rigid == MPM_RIGID_FREE) return PETSC_FALSE;
+    if (scene->bodies[b].rigid == MPM_RIGID_MOVING || (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
+      return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
     if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
   return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  PetscInt       wall = -1;
+
+  (void)k;
+  odd->ratio = PETSC_MAX_REAL;
+  if (look->g > 0 || !look->scene->nloads || look->core->rigids.n) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d   = face / 2;
+    const MPMWall   t   = look->scene->walls.given[d][face % 2].type;
+    const PetscReal gap = face % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+
+    if (t == MPM_WALL_free) continue;
+    if (!MPMWallHas(t, MPM_WALL_NORMAL) || MPMWallHas(t, MPM_WALL_PUSHES | MPM_WALL_MOVES)) return PETSC_FALSE;
+    if (gap / grid->h[d] < odd->ratio) wall = face;
+    odd->ratio = PetscMin(odd->ratio, gap / grid->h[d]);
+  }
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[look->scene->loads[0].body].name);
+  return wall >= 0 ? MPMUnlikelyGiven("bc", MPMFaceNames[wall], "_type", odd) : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -50,6 +73,17 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
                    0.01 * (double)PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
+  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  if (!look->earth || !MPMUnlikelyTonnes(&look->scene->materials[0])) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
+                   1000 * (double)look->core->params.gravity[d]);
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -138,17 +172,6 @@ PetscBool MPMUnlikely_falls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
   (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
   return MPMUnlikelyGiven("gravity", NULL, "", odd);
-}
-
-PetscBool MPMUnlikely_waves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  if (look->core->implicit || look->seconds > 86400) return PETSC_FALSE; /* which is told */
-  odd->ratio = look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1);
-  for (PetscInt m = 0; m < look->scene->nmaterials && !odd->other[0]; m++)
-    if (MPMUnlikelyModulus(&look->scene->materials[m], PETSC_FALSE) >= 0.99 * look->c * look->c * look->scene->materials[m].rho)
-      (void)snprintf(odd->other, MPM_WORDS, "of %s", look->scene->materials[m].name);
-  return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -251,66 +274,6 @@ PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *od
       return MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd);
     }
   return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_end_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  odd->ratio = look->time->end;
-  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_end_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  odd->ratio = look->seconds < MPM_BOUND_year ? look->seconds : 0;
-  MPMTimeWords(look->seconds, odd->other);
-  MPMUnlikelyWrite(odd->meant, look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1));
-  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  static const char *const options[] = {"output_every", "history_every", "checkpoint_every"};
-
-  (void)k;
-  if (look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
-  for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
-    PetscReal every;
-
-    if (!MPMUnlikelyNumber(options[j], NULL, "", odd, &every) || every <= look->time->end) continue;
-    odd->ratio = every / look->time->end;
-    MPMUnlikelyWrite(odd->other, look->time->end);
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal output = PETSC_MAX_REAL, history = PETSC_MAX_REAL, every;
-
-  (void)k;
-  if (look->core->implicit || !(look->dt > 0)) return PETSC_FALSE;
-  (void)MPMUnlikelyNumber("output_every", NULL, "", odd, &output);
-  (void)MPMUnlikelyNumber("history_every", NULL, "", odd, &history);
-  if (!(history > 0)) history = PETSC_MAX_REAL;
-  if (!(output > 0)) output = PETSC_MAX_REAL;
-  if (!MPMUnlikelyNumber(output <= history ? "output_every" : "history_every", NULL, "", odd, &every)) return PETSC_FALSE;
-  odd->ratio = PetscMin(output, history) / look->dt;
-  MPMUnlikelyWrite(odd->other, look->dt);
-  return PETSC_TRUE;
-}
-
-PetscBool MPMUnlikely_output_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal every;
-
-  (void)k;
-  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0)) return PETSC_FALSE;
-  odd->ratio = look->time->end / PetscMax(every, look->dt);
-  MPMUnlikelyWrite(odd->meant, look->time->end / 100);
-  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_check_large(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -46,6 +46,11 @@ PetscReal MPMUnlikelyModulus(const MPMMaterial *m, PetscBool young)
   return young ? m->mu * (3 * m->lambda + 2 * m->mu) / (m->lambda + m->mu) : m->lambda + 2 * m->mu;
 }
 
+PetscBool MPMUnlikelyTonnes(const MPMMaterial *m)
+{
+  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscReal MPMUnlikelySize(const MPMLook *look, MPMExpression formula, PetscInt nc, const PetscReal x[])
 {
   PetscReal most = 0;

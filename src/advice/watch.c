@@ -29,10 +29,29 @@ PetscErrorCode MPMWatchSetFromOptions(MPMWatch *w, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "check_law", NULL, law, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   w->may_part  = !strcmp(part, "warn") ? PETSC_TRUE : PETSC_FALSE;
+  w->may_cut   = !strcmp(part, "auto") ? PETSC_TRUE : PETSC_FALSE;
   w->may_leave = !strcmp(law, "warn") ? PETSC_TRUE : PETSC_FALSE;
   w->torn_at = w->grows_at = -1;
   w->near                  = 1; /* until the first look */
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether a rigid body may cut matter: one that does not hold what lies in it, where something moves that is not free
+   matter at rest. */
+static PetscBool MayCut(const MPMScene *scene)
+{
+  PetscBool cuts = PETSC_FALSE, moves = PETSC_FALSE;
+
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
+    const MPMBody *b = &scene->bodies[k];
+
+    if (b->removed) continue;
+    if (b->rigid && !b->tied) cuts = PETSC_TRUE;
+    if (b->velocity || b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE) moves = PETSC_TRUE;
+  }
+  for (PetscInt k = 0; k < 6; k++)
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moves = PETSC_TRUE;
+  return cuts && moves ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *scene)
@@ -40,6 +59,8 @@ PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *s
   PetscBool may = PETSC_FALSE;
 
   PetscFunctionBeginUser;
+  w->may_cut  = w->may_cut && MayCut(scene) ? PETSC_TRUE : PETSC_FALSE;
+  w->may_part = w->may_part || w->may_cut ? PETSC_TRUE : PETSC_FALSE;
   w->ranges = MPMRangesOf(scene);
   for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
   if (!may || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,13 +197,31 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
 
 /* --- The state ---------------------------------------------------------------------------------------------------- */
 
+/* Writes which rigid body is nearest to where matter parts, and how far from there. */
+static void TellCutter(const MPMCore *core, const MPMFound *f, char text[MPM_NAME_LEN * 3])
+{
+  const char *name  = "";
+  PetscReal   least = PETSC_MAX_REAL, n[3];
+
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const MPMRigid *r = &core->rigids.body[k];
+    const PetscReal d = r->tied || r->gone ? PETSC_MAX_REAL : MPMRigidDistance(r, core->grid.dim, f->x, n);
+
+    if (!(d < least)) continue;
+    least = d;
+    name  = r->name;
+  }
+  (void)snprintf(text, MPM_NAME_LEN * 3, "the rigid body %s, %.2g cells from there, may cut it; if it does not", name,
+                 (double)(PetscMax(0, least) / MPMGridSmallestH(&core->grid)));
+}
+
 /* Warns of matter that will part, or stops the run where it has parted. Collective on exchange.data. */
 static PetscErrorCode WatchParting(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,
                                    const MPMTime *time)
 {
   MPMFound  wide, parted;
   PetscBool noisy;
-  char      what[MPM_TEXT_LEN], noise[MPM_TEXT_LEN] = "", cure[MPM_TEXT_LEN];
+  char      what[MPM_TEXT_LEN], noise[MPM_TEXT_LEN] = "", cure[MPM_TEXT_LEN], cutter[MPM_NAME_LEN * 3] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMPartingLook(core, scene, w->neighbours, &w->near, &wide, &parted));
@@ -199,8 +238,10 @@ static PetscErrorCode WatchParting(MPMWatch *w, MPMCore *core, const MPMScene *s
     MPMPartingTell(w, core, scene, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE,
                    what);
     if (!noisy) MPMPartingCure(scene, core->grid.dim, &wide, cure);
-    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; use %.600s%s", (double)core->t, what,
-                      noisy ? "; " : "", noise, cure, w->may_part ? "" : ", or let it part (-check_parting warn)"));
+    if (w->may_cut) TellCutter(core, parted.value > 1 ? &parted : &wide, cutter);
+    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; %s%suse %.600s%s", (double)core->t, what,
+                      noisy ? "; " : "", noise, cutter, cutter[0] ? ", " : "", cure,
+                      w->may_part ? "" : ", or let it part (-check_parting warn)"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -43,7 +43,8 @@ typedef struct {
   PetscReal  courant, wave;      /* the largest dt (c + |v|)/h and dt c/h of the run */
   char       cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
   PetscInt64 limits;                  /* the particle that does */
-  PetscBool  may_part, may_leave;     /* -check_parting and -check_law are warn: such a run goes on */
+  PetscBool  may_part, may_leave;     /* a run goes on whose matter parts, or whose laws leave their range */
+  PetscBool  may_cut;                 /* -check_parting is auto, and then, MPMWatchSetUp: a rigid body may cut matter */
   PetscInt   near;                    /* 0: no matter parts; 1: some may soon; 2: some does */
   PetscBool  torn;                    /* has the warning of matter that parts been printed? */
   PetscReal  torn_at;                 /* s: when neighbours were too far apart for the first time; -1: never */

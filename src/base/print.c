@@ -10,25 +10,43 @@ PetscErrorCode MPMPrint(const MPMPrinter *printer, const char format[], ...)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(printer->comm, &rank));
   va_start(args, format);
-  if (!rank && !printer->quiet) (void)vprintf(format, args);
+  if (!rank && !printer->quiet && !(printer->said && printer->said->about)) (void)vprintf(format, args);
   va_end(args);
   (void)fflush(stdout);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds a line to those that were said. Returns whether it is to be printed. */
+static PetscErrorCode Keep(MPMSaid *said, const char label[], const char line[], PetscBool *print)
+{
+  const size_t length = strlen(line);
+
+  PetscFunctionBeginUser;
+  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) && !(said->lines && strstr(said->lines, line))) ? PETSC_TRUE : PETSC_FALSE;
+  if (!*print) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscRealloc(said->n + length + 2, &said->lines));
+  (void)snprintf(said->lines + said->n, length + 2, "%s\n", line);
+  said->n += length + 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char format[], ...)
 {
   PetscMPIInt rank;
+  PetscBool   print = PETSC_TRUE;
+  char        line[2 * MPM_TEXT_LEN];
   va_list     args;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(printer->comm, &rank));
   if (rank || printer->quiet) PetscFunctionReturn(PETSC_SUCCESS);
   va_start(args, format);
-  (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);
-  (void)vprintf(format, args);
-  (void)printf("\n");
+  (void)vsnprintf(line, sizeof line, format, args);
   va_end(args);
+  if (printer->said) PetscCall(Keep(printer->said, label, line, &print));
+  if (!print) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);
+  (void)printf("%s%s%s\n", printer->said && printer->said->about ? printer->said->about : "", printer->said && printer->said->about ? ": " : "", line);
   (void)fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

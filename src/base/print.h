@@ -4,10 +4,19 @@
 
 #include "base/base.h"
 
+/* The notes and warnings that were printed, one a line. about: NULL, or what is looked at now: then nothing is printed but
+   notes and warnings that were not yet, with this name. */
+typedef struct {
+  char       *lines;
+  size_t      n;
+  const char *about;
+} MPMSaid;
+
 typedef struct {
   MPI_Comm  comm;     /* the first of these processes prints */
   PetscBool quiet;    /* nothing is printed: a run of a calibration */
   PetscBool progress; /* a line of progress may be on the terminal; MPMSay takes its place */
+  MPMSaid  *said;     /* or NULL: it is not kept */
 } MPMPrinter;
 
 /* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not

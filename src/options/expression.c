@@ -230,6 +230,14 @@ PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscReal MPMExpressionTables(MPMExpression e)
+{
+  PetscReal last = 0;
+
+  for (PetscInt k = 0; e && k < e->ntables; k++) last = PetscMax(last, e->tables[k].t[e->tables[k].n - 1]);
+  return last;
+}
+
 /* Frees an expression, or does nothing if it is NULL. Not collective. */
 PetscErrorCode MPMExpressionDestroy(MPMExpression *e)
 {

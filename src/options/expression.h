@@ -8,6 +8,7 @@
 typedef struct _MPMExpression *MPMExpression;
 PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], const PetscReal X[], PetscReal t,
                                      PetscReal value[]);
+PetscReal      MPMExpressionTables(MPMExpression); /* when the last of its tables ends, s; 0: it has none */
 PetscErrorCode MPMExpressionDestroy(MPMExpression *);
 
 #endif

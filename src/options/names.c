@@ -158,7 +158,8 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
 /* Finds the legal name that is closest to `given`, or "" if none is close. */
 static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
-  int best = 1 + PetscMax(2, (int)strlen(given) / 4);
+  const char *rest = strchr(given, '_');
+  int         best = 1 + PetscMax(2, (int)strlen(given) / 4);
 
   if (FromAlias(o, given, nearest)) return;
   nearest[0] = 0;
@@ -173,6 +174,10 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
     for (PetscInt k = 0; k < n; k++) {
       MPMOptionsFullName(row->name, words[k], word);
       Consider(given, word, &best, nearest);
+      if (rest && !strcasecmp(rest + 1, word + strcspn(row->name, "<")) && best > 0) { /* the option of another group */
+        (void)snprintf(nearest, MPM_FULL_LEN, "%s", word);
+        best = 0;
+      }
     }
   }
   for (size_t k = 0; k < NUM(petsc); k++) Consider(given, petsc[k], &best, nearest);

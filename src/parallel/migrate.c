@@ -144,7 +144,7 @@ static PetscErrorCode MakeMoves(MPMParticles *particles, const Moves *moves, Pet
 }
 
 /* Sets where DMSwarmMigrate sends the particles: leavers to their owners, or nowhere. All others stay, and the numbers
-   of the processes are sent with the particles, so all are set the first time only. Not collective. */
+   of the processes are sent with the particles, so all are set the first time only, and once others have flowed in. Not collective. */
 static PetscErrorCode SetOwners(MPMParticles *particles, MPMSpatial *s, PetscBool leave)
 {
   PetscInt   *owner;

@@ -21,10 +21,11 @@ typedef struct {
   PetscReal energy, impulse[3], gravity[3], strain;
 } MPMChanges;
 
-/* Of a run in stages (-stages): the one that it is in, from 1 on, of n; when it began, s. 0 of them: it has none. */
+/* Of a run in stages (-stages): the one that it is in, from 1 on, of n; when it began, and when the last one ends, s, if none
+   ends at rest before. 0 of them: it has none. */
 typedef struct {
   PetscInt  now, n;
-  PetscReal began;
+  PetscReal began, end;
 } MPMStages;
 
 #endif

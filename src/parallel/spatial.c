@@ -403,6 +403,7 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
     PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_MIGRATE));
   }
   if (anew) {
+    s->ranked = PETSC_FALSE; /* there may be particles that have flowed in */
     PetscCall(MPMParticlesLocate(&core->particles, &ex->patch, core->params.kinds));
     PetscCall(MPMParticlesFingerprint(&core->particles, &s->ids));
   } else if (core->status.moved) {

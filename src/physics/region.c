@@ -101,12 +101,15 @@ const char *const MPMRegionParameters[] = {
 /* Returns whether x [dim] in m is inside the shape, without regard to others. */
 static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
+  PetscReal at;
+
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
 #define MPM_REGION(name, solid, parameters, what) Inside_##name,
 #include "physics/region.def"
 #undef MPM_REGION
   };
 
+  if (r->sweep > 0) return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep ? PETSC_TRUE : PETSC_FALSE;
   return inside[r->type](r, dim, x);
 }
 
@@ -127,10 +130,10 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
 #undef MPM_REGION
   };
 
-  return solids[r->type];
+  return solids[r->type] && !(r->sweep > 0) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Computes the box around the shape without regard to others. */
+/* Computes the box around the shape without regard to others; of a swept one it may be larger. */
 static void BoundsAlone(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
 {
   const PetscBool cylinder = r->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
@@ -145,6 +148,8 @@ static void BoundsAlone(const MPMRegion *r, PetscInt dim, PetscReal lower[], Pet
              r->radius * PetscSqrtReal(PetscMax(0, 1 - r->axis[d] * r->axis[d]));
     lower[d] = centered ? r->center[d] - half : r->lower[d];
     upper[d] = centered ? r->center[d] + half : r->upper[d];
+    lower[d] -= PetscMax(0, r->sweep * r->along[d]);
+    upper[d] += PetscMax(0, -r->sweep * r->along[d]);
   }
 }
 

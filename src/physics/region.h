@@ -28,6 +28,8 @@ struct _MPMRegion {
   MPMSampledDistance *sampled; /* of those that have many faces, in 3-D; or NULL */
   PetscReal           margin;  /* m: how far from the faces of `nearest` a place is known to be inside or outside */
   PetscBool open[2][3]; /* has the box from lower to upper no surface at its lower and upper ends, for distances? */
+  PetscReal sweep, along[3]; /* not 0: it is what lies up to `sweep` m behind the shape's front, which is where lines along the
+                                unit vector `along` leave it (sweep.c) */
 };
 
 /* A row of places along the last axis: place k is at (k + 1/2) spacing + offset there, and at x on the other axes. */
@@ -44,6 +46,12 @@ PetscBool MPMRegionSolid(const MPMRegion *);
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
 PetscBool MPMRegionSpan(const MPMRegion *, MPMRow *, PetscInt64 from, PetscInt64 end, PetscInt64 *to);
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
+
+/* Swept shapes: the names of those that there are; returns whether a shape can be swept along the unit vector e [dim]; whether
+   the line through x [dim], m, along e [dim] meets the shape, and *at, m: how far from x on it leaves it. */
+extern const char MPMRegionsSwept[];
+PetscBool         MPMRegionSweeps(const MPMRegion *, PetscInt dim, const PetscReal e[]);
+PetscBool         MPMRegionLeaves(const MPMRegion *, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *at);
 
 /* Returns the coordinate of place k of a row on the last axis, m. */
 MPM_INLINE PetscReal MPMRowPlace(const MPMRow *row, PetscInt64 k)

@@ -86,10 +86,12 @@ PetscInt64     MPMRestartKinds(const MPMScene *);
 void           MPMRestartBalance(MPMCheckpoint *, const MPMTotals *now);
 
 /* Stages of a run (stages.c): make of the text of all options that of a stage, 0: of none, which the caller frees; let the
-   options be these; read what belongs to stages (stages_read.c). Not collective. */
+   options be these; read what belongs to stages (stages_read.c); write which option of a stage may not change there, or "".
+   Not collective. */
 PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **options);
 PetscErrorCode MPMStagesOverlay(const char text[], const char options[]);
 PetscErrorCode MPMStagesSetFromOptions(const MPMScene *, MPMOptions);
+PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt stage, MPMOptions, char why[MPM_TEXT_LEN]);
 
 /* Bodies that leave (leave.c): read -remove; after all else of a restart, remove them, which is collective on the exchange. */
 PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *, PetscBool restarts, MPMOptions);

@@ -10,6 +10,8 @@ typedef struct {
   char      names[MPM_TEXT_LEN];       /* of the stages */
   PetscReal began;                     /* when the present stage begins, s */
   char      checkpoint[MPM_TEXT_LEN];  /* that it goes on from; "": what -restart_file says */
+  PetscBool dry;                       /* -dry_run */
+  MPMSaid   said;
 } Stages;
 
 /* Sets name to that of stage k = 1 .. n, and returns how long it lasts, s; all: of all stages. */
@@ -50,8 +52,8 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   for (size_t j = 0; j < sizeof times / sizeof times[0]; j++) {
     char given[MPM_TEXT_LEN];
 
-    (void)snprintf(value, sizeof value, "%.15g", (double)times[j].value); /* as one would write it: 0.3, not 0.1 + 0.2 */
-    if ((!j && strtod(value, NULL) > 0) || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
+    (void)snprintf(value, sizeof value, "%.15g", (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
+    if (!j || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
         !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
       PetscCall(MPMOptionsOverlay(times[j].name, value));
   }
@@ -61,25 +63,45 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
 }
 
 /* Makes an empty run of stage k. */
-static PetscErrorCode Make(const Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
+static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
 {
+  char      name[MPM_NAME_LEN];
+  PetscReal end = s->began, all;
+
   PetscFunctionBeginUser;
+  for (PetscInt j = k; j <= s->n; j++) end += TimeOf(s, j, name, &all);
   PetscCall(MPMCreate(PETSC_COMM_WORLD, mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, o));
-  (*mpm)->core.stages = (MPMStages){k, s->n, s->began};
+  (*mpm)->core.print.said   = &s->said;
+  (*mpm)->core.stages = (MPMStages){k, s->n, s->began, end};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the fault of a stage; only the first is without a name, where its options are those that were given. */
+/* Prints the fault of a stage; the first one is without a name where the fault is of an option as it was given. */
 static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
 {
-  char      name[MPM_NAME_LEN] = "";
-  PetscReal all;
+  const char *error              = MPMOptionsError(o);
+  char        name[MPM_NAME_LEN] = "", option[MPM_TEXT_LEN], value[MPM_TEXT_LEN];
+  PetscReal   all;
 
   PetscFunctionBeginUser;
   (void)TimeOf(s, k, name, &all);
+  (void)snprintf(option, sizeof option, "-stage_%s_%.*s", name, (int)strcspn(error, " :"), error + 1);
+  option[strcspn(option, " :")] = 0;
+  if (error[0] == '-' && MPMOptionsFindIn(s->text, option, value)) k = 2; /* the stage gives it */
   PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "",
-                         MPMOptionsError(o)));
+                         error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the fault of the options of a stage: that one of them may not change there comes before what follows from it. */
+static PetscErrorCode Blame(const Stages *s, PetscInt k, MPMOptions o)
+{
+  char why[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStagesForbidden(s->text, s->names, k, o, why));
+  PetscCall(why[0] ? PetscFPrintf(PETSC_COMM_WORLD, stderr, "%s\n", why) : Tell(s, k, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,7 +124,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
     PetscCall(MPMReadOptions(mpm, o));
     *good = MPMOptionsError(o) ? PETSC_FALSE : PETSC_TRUE;
-    if (!*good) PetscCall(Tell(s, k, o));
+    if (!*good) PetscCall(Blame(s, k, o));
     s->began += TimeOf(s, k, name, &all);
     PetscCall(MPMOptionsDestroy(&o));
     PetscCall(MPMDestroy(&mpm));
@@ -132,6 +154,7 @@ static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MP
     *status = MPM_EXIT_INPUT;
   } else {
     PetscCall(run(mpm, status));
+    s->dry = mpm->scene.dry_run;
     *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm) ? PETSC_TRUE : PETSC_FALSE;
     PetscCallMPI(MPI_Bcast(ended, 1, MPM_MPI_BOOL, 0, PETSC_COMM_WORLD)); /* workers of a pool know nothing of it */
     s->began = mpm->core.t;
@@ -140,6 +163,36 @@ static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MP
     PetscCallMPI(MPI_Bcast(s->checkpoint, sizeof s->checkpoint, MPI_CHAR, 0, PETSC_COMM_WORLD));
     if (*ended) ++*k;
   }
+  PetscCall(MPMOptionsDestroy(&o));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells what is doubtful in the options of a later stage of a dry run and was not yet, by the particles of the start. What is
+   refused there is left to the run: it may suit the state in which the stage begins. */
+static PetscErrorCode Look(Stages *s, PetscInt stage)
+{
+  MPM        mpm;
+  MPMOptions o;
+  PetscReal  all;
+  char       name[MPM_NAME_LEN], about[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  s->checkpoint[0] = 0;
+  s->began         = 0;
+  for (PetscInt k = 1; k < stage; k++) s->began += TimeOf(s, k, name, &all);
+  (void)TimeOf(s, stage, name, &all);
+  (void)snprintf(about, sizeof about, "stage %s", name);
+  s->said.about = about;
+  PetscCall(SetOptions(s, stage));
+  PetscCall(Make(s, stage, &mpm, &o));
+  PetscCall(MPMStagesOptions(s->text, stage - 1, &mpm->checkpoint.options));
+  PetscCall(MPMSetFromOptions(mpm, o));
+  if (!MPMOptionsError(o)) {
+    PetscCall(MPMNotes(&mpm->core, &mpm->scene, &mpm->monitor, &mpm->output, &mpm->report));
+    PetscCall(MPMSetUp(mpm));
+  }
+  if (!MPMOptionsError(o) && !mpm->core.stop[0]) PetscCall(MPMRun(mpm));
   PetscCall(MPMOptionsDestroy(&o));
   PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,6 +218,8 @@ PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorC
     PetscCall(One(&s, &k, read, run, status, &ended));
     if (k == was) break; /* it stopped, or was not to run */
   }
+  for (k = 2; s.dry && good && *status == MPM_EXIT_OK && k <= s.n; k++) PetscCall(Look(&s, k));
+  PetscCall(PetscFree(s.said.lines));
   PetscCall(MPMOptionsOverlayEnd());
   PetscCall(PetscFree(s.text));
   PetscFunctionReturn(PETSC_SUCCESS);

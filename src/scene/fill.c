@@ -58,6 +58,7 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     const MPMBody *other = &scene->bodies[k];
     char           at[MPM_NAME_LEN];
 
+    if (other->source.on) continue;
     if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, place)) continue;
     scene->overlap++;
     if (other->copy == b->copy) continue;
@@ -107,13 +108,16 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
   char           hint[3 * MPM_NAME_LEN] = "";
 
   for (PetscInt d = 0; d < grid->dim; d++) b->b[d] = grid->h[d] / b->ppc[d];
-  if (b->source.on) MPMSourceExtend(b);
+  if (b->source.on) MPMSourceExtend(b, grid->dim);
   MPMRegionBounds(&b->region, grid->dim, lower, upper);
   for (PetscInt d = 0; d < grid->dim; d++) {
+    if (b->source.on) { /* all of its places count, and where it enters is checked for each particle */
+      product *= (upper[d] - lower[d]) / b->b[d] + 3;
+      continue;
+    }
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
     MPMFitPlace(b, upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d]), hint, sizeof hint);
     if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
-    if (b->source.on && d == b->source.axis) continue;
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
@@ -178,7 +182,10 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
         MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, place);
         parts = MPMCut(b, w.dim, place, X);
         PetscCall(MPMCutNote(scene, core, b, place, parts, X));
-        if (!b->source.on) PetscCall(MPMFillCheck(scene, core, o, b, place, X));
+        if (b->source.on)
+          MPMSourceCheck(core, o, b, place, X);
+        else
+          PetscCall(MPMFillCheck(scene, core, o, b, place, X));
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));

@@ -92,8 +92,8 @@ PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, Petsc
                       body[rigids->meets[0]].name, body[rigids->meets[1]].name, (double)rigids->meet));
   for (PetscInt k = 0; k < rigids->n; k++) {
     if (left[k] < PETSC_INFINITY)
-      PetscCall(MPMNote(&core->print, "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing",
-                        body[k].name, (double)left[k]));
+      PetscCall(MPMNote(&core->print, "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
+                        body[k].name, (double)left[k], body[k].name));
     if (!body[k].free) PetscCall(PetscFree(body[k].point));
   }
   PetscCall(PetscFree4(body, numbers, deep, left));

@@ -101,6 +101,14 @@ PetscBool MPMLatticeNext(MPMLattice *w)
   return PETSC_FALSE;
 }
 
+/* Sets an iterator to rows from .. to-1, of which the first particle has the number id. */
+void MPMLatticeRows(MPMLattice *w, PetscInt64 from, PetscInt64 to, PetscInt64 id)
+{
+  GoToRow(w, from);
+  w->end = to;
+  w->id  = id;
+}
+
 /* Sets an iterator to rows from .. to-1. To find the number of their first particle, it counts from the last row before
    them where a share begins, whose first number is known. */
 void MPMLatticeGoTo(const MPMScene *scene, MPMLattice *w, PetscInt64 from, PetscInt64 to)

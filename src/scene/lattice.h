@@ -24,5 +24,6 @@ PetscInt64 MPMLatticeRow(const MPMLattice *, const PetscInt64 ijk[]);
 void       MPMLatticePlace(const MPMLattice *, PetscInt64 k, PetscReal X[3]);
 MPMLattice MPMLatticeShare(const MPMScene *, const MPMBody *, PetscInt dim, PetscMPIInt rank, PetscMPIInt size);
 void       MPMLatticeGoTo(const MPMScene *, MPMLattice *, PetscInt64 from, PetscInt64 to);
+void       MPMLatticeRows(MPMLattice *, PetscInt64 from, PetscInt64 to, PetscInt64 id);
 
 #endif

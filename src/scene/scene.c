@@ -368,6 +368,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(MPMInitialDestroy(scene));
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMSceneDestroyRegion(&scene->bodies[k].region));
+    PetscCall(PetscFree(scene->bodies[k].source.ids));
     PetscCall(MPMPointsDestroy(&scene->bodies[k].points));
     PetscCall(PetscFree(scene->bodies[k].cut));
     PetscCall(PetscFree(scene->bodies[k].rings));

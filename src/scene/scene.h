@@ -19,12 +19,14 @@ typedef struct _MPMCutMemo MPMCutMemo;
 /* Is a body matter, or does it move as a whole: not, by formulas of t, or as the matter and walls make it? */
 typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
 
-/* A body that flows in (source.c): the axis and velocity along it, m/s; where its front is, m; from when to when, s; layers of
-   its lattice that enter in this time, and that have entered. */
+/* A body that flows in (source.c): its velocity, m/s, a unit vector along it, and its size; from when to when, s; the thickness
+   of the layers in which it enters, m, how many there are in this time, and how many have entered; the numbers of the first
+   particles of the rows of its lattice, and of the one after the last, once some have entered. */
 typedef struct {
-  PetscBool on;
-  PetscInt  axis, layers, entered;
-  PetscReal speed, front, from, to;
+  PetscBool   on;
+  PetscInt    layers, entered;
+  PetscReal   v[3], along[3], speed, layer, from, to;
+  PetscInt64 *ids;
 } MPMSource;
 
 /* A body: where its particles start, of what, how fast. */

@@ -1,31 +1,20 @@
-/* source.c - bodies that flow in (-sources): the matter of such a body comes through the front of its box, layer by layer of
-   its lattice, with its velocity, from a time to another. Its particles are numbered before the run as those of a body that
-   reaches so far behind the front as it moves in that time; a layer enters when it has come to the front. */
+/* source.c - bodies that flow in (-sources): the matter of such a body comes through the front of its shape, where lines
+   along its velocity leave it, layer by layer, from a time to another. Its particles are numbered before the run as those of
+   a body that reaches so far behind the front as it moves in that time (MPMRegion.sweep); a layer enters when it has come to
+   the front. Layers have the thickness of a row of the lattice across an axis along which they move, and the mean of these
+   thicknesses where they move askew. */
 #include "kernels/cell.h"
 #include "scene/cut.h"
 #include "scene/fill.h"
 #include "scene/lattice.h"
 #include "scene/source.h"
 
-/* Returns the layer, from 0 on, in which a place of a source's lattice lies; and when a layer enters, s. */
-static PetscInt LayerOf(const MPMBody *b, const PetscReal place[])
-{
-  const MPMSource *s = &b->source;
-
-  return (PetscInt)PetscFloorReal(PetscAbsReal(s->front - place[s->axis]) / b->b[s->axis]);
-}
-
-static PetscReal TimeOf(const MPMBody *b, PetscInt layer)
-{
-  return b->source.from + (PetscReal)layer * (b->b[b->source.axis] / PetscAbsReal(b->source.speed));
-}
-
 /* Returns how many layers have entered by time t. */
 static PetscInt Entered(const MPMBody *b, PetscReal t)
 {
   PetscInt n = b->source.entered;
 
-  while (n < b->source.layers && TimeOf(b, n) <= t) n++;
+  while (n < b->source.layers && MPMSourceTime(b, n) <= t) n++;
   return n;
 }
 
@@ -47,6 +36,39 @@ PetscErrorCode MPMSourcesBegin(MPMScene *scene, MPMCore *core, PetscBool restart
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Notes the number of the first particle of each row. */
+static PetscErrorCode NumberRows(const MPMBody *b, PetscInt dim, PetscInt64 **ids)
+{
+  MPMLattice w   = MPMLatticeBegin(b, dim);
+  PetscInt64 row = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(w.end + 1, ids));
+  while (MPMLatticeNext(&w))
+    for (; row <= w.row; row++) (*ids)[row] = w.id;
+  for (; row <= w.end; row++) (*ids)[row] = w.id;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets lo .. hi on each axis to the lattice places among which layers first .. last-1 are. */
+static void Places(const MPMBody *b, const MPMLattice *w, PetscInt first, PetscInt last, PetscInt64 lo[3], PetscInt64 hi[3])
+{
+  const MPMSource *s     = &b->source;
+  MPMRegion        shape = b->region;
+  PetscReal        lower[3], upper[3];
+
+  shape.sweep = 0;
+  MPMRegionBounds(&shape, w->dim, lower, upper);
+  for (PetscInt d = 0; d < w->dim; d++) {
+    const PetscReal near = -s->along[d] * s->layer * (PetscReal)first, far = -s->along[d] * s->layer * (PetscReal)last;
+
+    lo[d] = (PetscInt64)PetscFloorReal((lower[d] + PetscMin(near, far) - b->offset[d]) / b->b[d]) - 1;
+    hi[d] = (PetscInt64)PetscCeilReal((upper[d] + PetscMax(near, far) - b->offset[d]) / b->b[d]) + 1;
+    lo[d] = PetscMin(PetscMax(lo[d], w->first[d]), w->last[d]);
+    hi[d] = PetscMin(PetscMax(hi[d], w->first[d]), w->last[d]);
+  }
+}
+
 /* Makes, in the second of two rounds, the particles of layers first .. last-1 of a source that lie on this process, from *p
    on; in the first it counts them. */
 static PetscErrorCode Make(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt first, PetscInt last,
@@ -55,22 +77,30 @@ static PetscErrorCode Make(const MPMScene *scene, const MPMCore *core, const MPM
   const PetscInt   dim = core->grid.dim;
   const MPMSource *s   = &b->source;
   MPMLattice       w   = MPMLatticeBegin(b, dim);
+  PetscInt64       lo[3] = {0}, hi[3] = {0};
 
   PetscFunctionBeginUser;
-  while (MPMLatticeNext(&w))
-    for (PetscInt64 q = 0; q < w.n; q++) {
-      PetscReal place[3], X[3];
-      PetscInt  base[3], parts, layer;
+  if (first == last) PetscFunctionReturn(PETSC_SUCCESS);
+  Places(b, &w, first, last, lo, hi);
+  for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* its rows follow each other */
+    const PetscInt64 from[3] = {plane, lo[1]}, to[3] = {dim == 3 ? plane : hi[0], hi[1]}, row = MPMLatticeRow(&w, from);
 
-      MPMLatticePlace(&w, w.ijk[dim - 1] + q, place);
-      layer = LayerOf(b, place);
-      if (layer < first || layer >= last) continue;
-      parts = MPMCut(b, dim, place, X);
-      X[s->axis] += s->speed * (core->t - s->from);
-      if (MPMOwnCell((int)dim, core->basis, &core->exchange.patch, b->copy, X, scene->kinds[b->kind].l, base) < 0) continue;
-      if (view) PetscCall(MPMFillSet(scene, core, b, w.id + q, place, parts, X, *p, view));
-      ++*p;
-    }
+    MPMLatticeRows(&w, row, MPMLatticeRow(&w, to) + 1, s->ids[row]);
+    while (MPMLatticeNext(&w))
+      for (PetscInt64 q = 0; q < w.n; q++) {
+        PetscReal place[3], X[3];
+        PetscInt  base[3], parts, layer;
+
+        MPMLatticePlace(&w, w.ijk[dim - 1] + q, place);
+        layer = MPMSourceLayer(b, dim, place);
+        if (layer < first || layer >= last) continue;
+        parts = MPMCut(b, dim, place, X);
+        for (PetscInt d = 0; d < dim; d++) X[d] += s->v[d] * (core->t - s->from);
+        if (MPMOwnCell((int)dim, core->basis, &core->exchange.patch, b->copy, X, scene->kinds[b->kind].l, base) < 0) continue;
+        if (view) PetscCall(MPMFillSet(scene, core, b, w.id + q, place, parts, X, *p, view));
+        ++*p;
+      }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -94,6 +124,7 @@ PetscErrorCode MPMSourcesEnter(MPMScene *scene, MPMCore *core, PetscInt *first, 
       MPMBody       *b    = &scene->bodies[k];
       const PetscInt last = b->source.on ? Entered(b, core->t) : 0;
 
+      if (b->source.on && !b->source.ids) PetscCall(NumberRows(b, core->grid.dim, &b->source.ids));
       if (b->source.on) PetscCall(Make(scene, core, b, b->source.entered, last, &p, round ? &view : NULL));
       if (round && b->source.on) b->source.entered = last;
     }

@@ -2,13 +2,15 @@
    their cell. By it copies get their places in the grid: those that are far from each other share one, so that a scene
    whose bodies are apart costs what it costs with one velocity at a node, and all bits are the same.
 
-   Copies that share a place have two empty tiles between them or more: then they have no node and no box of F-bar in common,
-   and what looks beyond the nodes of a particle (walls on arrival, light nodes) does not reach the other one. */
+   Copies that share a place have an empty tile between them or more: then they have no node and no box of F-bar in common, and
+   an empty node between theirs, so that what looks beyond the nodes of a particle does not reach the other one: light nodes
+   have carriers with mass step by step, and walls on arrival look for ends of matter at nodes without mass alone. */
 #include "step/contact_search.h"
 
-/* Tiles: bodies may touch that have particles in tiles as near as this or nearer; nearer copies must be at different places;
-   copies that are farther are put at the same one, later than they have to be apart, so that they do not change often. */
-enum { TOUCH = 1, PART = 2, MERGE = 3 };
+/* Tiles: bodies may touch that have particles in tiles as near as this or nearer, and their copies must be at different places;
+   copies that are farther than the second number are put at the same one: later than they may be, so that they do not change
+   often. How much farther they are is found up to the third one. */
+enum { TOUCH = 1, MERGE = 2, FARTHEST = 8 };
 
 /* For each copy the other ones (bits) that have a tile as near as this to one of its own. */
 typedef uint32_t Others[MPM_MAX_COPIES];
@@ -146,10 +148,17 @@ PetscBool MPMContactIsNear(const MPMCore *core, PetscInt copy, const PetscInt at
       for (i[0] = lo[0]; i[0] <= hi[0]; i[0]++) {
         PetscInt bit = 0;
 
-        for (PetscInt d = 2; d >= 0; d--) bit = bit * t->n[d] + (i[d] + MERGE * t->n[d]) % t->n[d];
+        for (PetscInt d = 2; d >= 0; d--) bit = bit * t->n[d] + (i[d] + by * t->n[d]) % t->n[d];
         if (t->bits[copy * t->words + bit / 64] >> bit % 64 & 1) return PETSC_TRUE;
       }
   return PETSC_FALSE;
+}
+
+/* Returns how near tiles have to be for copies to be at different places. The nodes beside a piston of cubic splines are a column of
+   four, which reaches across one empty node: matter behind a piston and before it. */
+static PetscInt PartsAt(const MPMCore *core)
+{
+  return core->pistons && MPMBasisNodes(core->basis) > 3 ? TOUCH + 1 : TOUCH;
 }
 
 /* Returns whether two copies have tiles as near as `by` tiles. */
@@ -215,23 +224,59 @@ static PetscErrorCode CollectTiles(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether the boxes around the tiles of any two copies are as near as `by` tiles. */
+static PetscBool AnyBoxesMeet(const MPMCore *core, PetscInt by)
+{
+  for (PetscInt a = 0; a < core->grid.copies; a++)
+    for (PetscInt b = a + 1; b < core->grid.copies; b++)
+      if (BoxesMeet(core, a, b, by)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Sets by how many cells copies may approach each other before any are as near as MERGE tiles. all: the tiles of all processes
+   are known, else their boxes alone. */
+static void SetClear(MPMCore *core, PetscBool all)
+{
+  MPMContacts *c  = core->contacts;
+  PetscInt     by = MERGE;
+  Others       near;
+
+  while (by < FARTHEST && !(all ? SetOthers(core, by, near) : AnyBoxesMeet(core, by))) by++;
+  c->clear   = (by - 1 - MERGE) * MPMTileEdge(core->basis);
+  c->waiting = core->particles.waiting;
+}
+
+/* Returns whether all copies are at one place and still too far from each other for anything else: in a step a particle passes
+   as many cells as it may have moved, or one. */
+static PetscBool AreClear(MPMCore *core)
+{
+  MPMContacts    *c   = core->contacts;
+  const PetscReal way = 2 * core->params.dt * PetscSqrtReal(core->status.v2) / MPMGridSmallestH(&core->grid);
+
+  if (!(way < FARTHEST)) return PETSC_FALSE;
+  c->clear -= 2 * PetscMax(1, (PetscInt)PetscCeilReal(way));
+  return c->clear >= 0 && core->grid.places < 2 && c->waiting == core->particles.waiting
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
 PetscErrorCode MPMContactsSettle(MPMCore *core)
 {
   MPMGrid  *grid = &core->grid;
   PetscInt  place[MPM_MAX_COPIES], places;
-  PetscBool meet = PETSC_FALSE, parts = PETSC_FALSE;
+  PetscBool meet, parts = PETSC_FALSE;
   Others    near;
 
   PetscFunctionBeginUser;
-  if (!core->contacts || grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!core->contacts || grid->copies < 2 || AreClear(core)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FindTiles(core));
   core->contacts->near = PETSC_FALSE;
-  for (PetscInt a = 0; a < grid->copies; a++)
-    for (PetscInt b = a + 1; b < grid->copies; b++) meet = BoxesMeet(core, a, b, MERGE) ? PETSC_TRUE : meet;
-  if (!meet && grid->places < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  meet                 = AnyBoxesMeet(core, MERGE);
   if (meet) PetscCall(CollectTiles(core));
+  SetClear(core, meet);
+  if (!meet && grid->places < 2) PetscFunctionReturn(PETSC_SUCCESS);
   core->contacts->near = SetOthers(core, TOUCH, near);
-  (void)SetOthers(core, PART, near);
+  (void)SetOthers(core, PartsAt(core), near);
   for (PetscInt a = 0; a < grid->copies; a++)
     for (PetscInt b = 0; b < a; b++)
       if (near[a] >> b & 1 && grid->place[a] == grid->place[b]) parts = PETSC_TRUE;
