@@ -80,19 +80,18 @@ PetscErrorCode MPMFrameSetFromOptions(MPM mpm)
 static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
 {
   const MPMScene *scene = &mpm->scene;
-  PetscBool       framed;
+  PetscBool       framed, implicit;
   char            by[2 * MPM_NAME_LEN], *use = mpm->watch.use, time[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
-  (void)snprintf(by, sizeof by,
-                 !strcmp(time, "static") ? "-method_time static"
-                 : framed                ? "-method_frame total"
-                                         : "-method_preset %s",
-                 mpm->preset->name);
+  implicit = time[0] && strcmp(time, "explicit") ? PETSC_TRUE : PETSC_FALSE;
+  (void)snprintf(by, sizeof by, implicit ? "-method_time %s" : framed ? "-method_frame total" : "-method_preset %s",
+                 implicit ? time : mpm->preset->name);
   (void)snprintf(use, sizeof mpm->watch.use, "%s",
                  !strcmp(time, "static") ? "-method_time explicit with -damping_time"
+                 : implicit              ? "-method_time explicit"
                  : !framed               ? "-method_preset balanced"
                  : mpm->preset_given     ? "-method_preset balanced -method_frame updated"
                                          : "-method_frame updated");
@@ -114,7 +113,8 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
       MPMOptionsFail(o,
                      "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "
                      "at it; choose fixed, slip, moving or free, or use %s",
-                     MPMFaceNames[k], MPMWallNames[type], by, use);
+                     MPMFaceNames[k], MPMWallNames[type], by,
+                     type == MPM_WALL_separate && !strcmp(time, "newmark") ? "-method_time euler" : use);
   }
   if (mpm->core.rigids.n)
     MPMOptionsFail(o,

@@ -14,7 +14,7 @@ static const struct {
     {"damping_time", NULL, "nothing moves that could be damped", "it is of explicit steps; static finds the state at rest"},
     {"damping_kinetic", "false", "nothing moves that could be damped", "it is of explicit steps; static finds the state at rest"},
     {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load", "no wave limits the step; give -dt_size"},
-    {"method_lock_cells", "1", NULL, "the means of a box of cells are not in its tangent"},
+    {"method_lock_cells", "1", NULL, "the means of a box of cells are not in its tangent; leave it out, for one cell"},
     {"history_energy", "false", "there is no motion whose energy could be followed", "its terms are those of explicit steps"},
     {"check_energy", "0", NULL, "the work of loads is that of steps, and not exact"},
     {"check_momentum", "0", "there is no momentum", "the impulse of loads is that of steps, and not exact"},
