@@ -173,8 +173,8 @@ bare := $(widths:%=$(BUILD)/bare_%)
 bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: also 10^7 particles
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
-	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare --flags="$(strip $(flags))" \
-	  --flags-seed="$(notdir $(CC)) $(seed.flags)" --flags-bare="$(bare.flags)" \
+	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare \
+	  --flags="$(strip $(flags)); of the bare kernels also $(bare.flags); of seed_serial $(notdir $(CC)) $(seed.flags)" \
 	  $(if $(filter full short,$(BENCH)),--$(BENCH),$(BENCH))
 
 paper: ## run the studies of docs/paper.md, renew its tables and figures

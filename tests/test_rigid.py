@@ -327,6 +327,15 @@ def check_cuts():
     check.that(done.status == 3 and re.search("block has come (apart|off).*, or let it part .-check_parting warn", done.err), f"what comes apart beside a body at rest, where nothing moves against it, ends the run: {done.err.strip()[:80]}")
 
 
+def check_coarse():
+    """A free disk of few cells that slides down an elastic slope is told of, once it has slid some cells; not one of more, nor one that falls."""
+    for radius, gravity, said in ((0.2, "7,-7", True), (0.2, "0,-10", False), (0.42, "7,-7", False)):
+        lines = grid([0, 0], [4, 1.5], 0.05) + SOFT + [f"-gravity {gravity}", "-bodies ground,disk", "-bc_ymin_type fixed", *box("ground", [0, 0], [4, 0.25], "material m"),
+                                                       *(f"-body_disk_{word}" for word in ("shape sphere", f"center 0.6,{0.252 + radius}", f"radius {radius}", "rigid free", "rho 1000", "mu 0")), "-time_end 0.3"]
+        told = re.findall(r"seen at t=\S+ s: the rigid body disk, with (\S+) cells in its radius, slides or rolls on matter", run("coarse", lines)[1].out)
+        check.that(told == ["4"] * said, f"a free disk with {radius / 0.05:.1f} cells in its radius, gravity {gravity}: {told or 'nothing is told'}")
+
+
 def check_many():
     lines = rest("-time_end 1e-3")
     for k in range(8):
@@ -394,5 +403,6 @@ check_symmetric()
 check_ends()
 check_many()
 check_cuts()
+check_coarse()
 check_equal()
 check.end()

@@ -24,7 +24,7 @@ PetscErrorCode MPMRestTell(const MPMCore *core, const MPMTotals *now, const MPMT
 {
   const MPMRest  *r     = &core->rest;
   const PetscReal share = MPMShownKineticShare(now);
-  char            since[MPM_NAME_LEN] = "", ratios[2 * MPM_NAME_LEN], energy[MPM_NAME_LEN];
+  char            since[MPM_NAME_LEN] = "", ratios[3 * MPM_NAME_LEN], energy[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   if (!r->on || !core->step || MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);

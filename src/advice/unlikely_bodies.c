@@ -141,19 +141,49 @@ PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns how many cells two bodies are apart, by their boxes; 0: these overlap. */
+static PetscReal Gap(const MPMLook *look, PetscInt k, PetscInt other)
+{
+  PetscReal gap = 0;
+
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
+                            look->core->grid.h[d]);
+  return gap;
+}
+
+PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid     *grid = &look->core->grid;
+  const MPMContacts *c    = look->core->contacts;
+  const MPMBody     *b    = &look->scene->bodies[k];
+  PetscReal          size = 0, least = PETSC_MAX_REAL;
+  PetscBool          meets = PETSC_FALSE, moves = PETSC_FALSE;
+
+  if (!c || grid->dim == 1 || !MPMMaterialKeepsShape(&look->scene->materials[b->material])) return PETSC_FALSE;
+  for (PetscInt q = 0; q < c->npairs; q++)
+    if (!c->pair[q].rigid && !c->pair[q].glued && (c->pair[q].a == b->copy || c->pair[q].b == b->copy)) meets = PETSC_TRUE;
+  for (PetscInt other = 0; other < look->scene->nbodies; other++) {
+    if (look->scene->bodies[other].v2 > 0) moves = PETSC_TRUE;
+    if (other != k) least = PetscMin(least, Gap(look, k, other));
+  }
+  if (!meets || !(moves || (look->g > 0 && least > 1))) return PETSC_FALSE; /* what touches and rests loses nothing */
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    size       = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
+    odd->ratio = PetscMax(odd->ratio, (look->upper[k][d] - look->lower[k][d]) / grid->h[d]);
+  }
+  (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
+  MPMUnlikelyWrite(odd->meant, size / 16);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_gap_bodies(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-
-  if (look->core->contacts || grid->total) return PETSC_FALSE;
+  if (look->core->contacts || look->core->grid.total) return PETSC_FALSE;
   for (PetscInt other = 0; other < look->scene->nbodies; other++) {
-    const MPMBody *b   = &look->scene->bodies[other];
-    PetscReal      gap = 0;
+    const MPMBody  *b   = &look->scene->bodies[other];
+    const PetscReal gap = other == k ? 0 : Gap(look, k, other);
 
-    if (other == k) continue;
-    for (PetscInt d = 0; d < grid->dim; d++)
-      gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
-                              grid->h[d]);
     if (!(gap > 0.05 && gap < 1 - 1e-6) || other < k) continue;
     odd->ratio = gap;
     (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", look->scene->bodies[k].name);

@@ -70,6 +70,8 @@ typedef struct {
   PetscInt          shared;      /* the copy of all bodies that no contact names, or -1 */
   PetscBool         near;        /* are particles of two copies near each other? then `tiles` are those of all processes */
   PetscBool         beside;      /* it has been said that bodies lie beside each other, seen along the axis that is given */
+  PetscInt          clear;       /* cells by which bodies may approach each other before tiles have to be looked at again, */
+  PetscInt64        waiting;     /* as long as so many particles have not flowed in yet */
   MPMContactTiles   tiles;
   MPMPair          *pair;        /* [npairs] */
   MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */

@@ -24,6 +24,7 @@ typedef struct {
   PetscReal        reach;                        /* of the shape from the pivot, m */
   PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
   PetscReal       *point;     /* [npoints][3] */
+  PetscReal        slid;      /* of a free one: its way along matter since the start or restart, m; below 0: that was told */
   PetscReal        before[6]; /* velocity and spin as the step began */
   PetscReal        pushed[3]; /* of a free body: acceleration of the body force at its centre in this step, m/s^2 */
   PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;

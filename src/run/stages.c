@@ -52,7 +52,7 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   for (size_t j = 0; j < sizeof times / sizeof times[0]; j++) {
     char given[MPM_TEXT_LEN];
 
-    (void)snprintf(value, sizeof value, "%.15g", (double)times[j].value); /* as one would write it: 0.3, not 0.1 + 0.2 */
+    (void)snprintf(value, sizeof value, "%.15g", (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
     if (!j || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
         !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
       PetscCall(MPMOptionsOverlay(times[j].name, value));
@@ -77,16 +77,20 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the fault of a stage; only the first is without a name, where its options are those that were given. */
+/* Prints the fault of a stage; the first one is without a name where the fault is of an option as it was given. */
 static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
 {
-  char      name[MPM_NAME_LEN] = "";
-  PetscReal all;
+  const char *error              = MPMOptionsError(o);
+  char        name[MPM_NAME_LEN] = "", option[MPM_TEXT_LEN], value[MPM_TEXT_LEN];
+  PetscReal   all;
 
   PetscFunctionBeginUser;
   (void)TimeOf(s, k, name, &all);
+  (void)snprintf(option, sizeof option, "-stage_%s_%.*s", name, (int)strcspn(error, " :"), error + 1);
+  option[strcspn(option, " :")] = 0;
+  if (error[0] == '-' && MPMOptionsFindIn(s->text, option, value)) k = 2; /* the stage gives it */
   PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "",
-                         MPMOptionsError(o)));
+                         error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -11,6 +11,8 @@
 #define FACING  -0.8 /* cosine of the angle between normals on both sides of a thin body */
 #define THIN    1.75 /* cells: a body that is thinner between matter on both sides is warned of; measured: at 1.5 a block that
                        strikes a plate gives one behind it 0.14 of its momentum, at 2 0.01 */
+#define COARSE 8   /* cells in the radius of a rigid ball, below which it is slow on matter; docs/choosing.md has what was measured */
+#define SLIDES 4   /* cells: its way along matter from which on it is told */
 #define OVERLAPS 0.5 /* cells: bodies that do so along the axis of their normal lie beside each other */
 #define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
@@ -262,6 +264,38 @@ static PetscErrorCode WarnBeside(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Notes once of a free rigid ball or disk that slides or rolls on matter that its radius has few cells. */
+static PetscErrorCode NoteCoarse(Search *s)
+{
+  const PetscInt  dim = s->core->grid.dim;
+  const PetscReal h   = MPMGridSmallestH(&s->core->grid);
+
+  PetscFunctionBeginUser;
+  for (PetscInt pair = 0; pair < s->c->npairs; pair++) {
+    MPMRigid *rigid = s->c->pair[pair].rigid;
+    PetscReal most2 = 0;
+
+    if (!rigid || !rigid->free || rigid->slid < 0 || s->c->pair[pair].flows || !MPMRigidIsRound(rigid)) continue;
+    if (rigid->shape->radius > (COARSE - 0.1) * h) continue;
+    for (const MPMContactColumn *c = s->c->column; c < s->c->column + s->c->ncolumns; c++) {
+      PetscReal along = 0, v2 = 0;
+
+      if (c->pair != pair || c->gap > 0) continue;
+      for (PetscInt d = 0; d < dim; d++) along += rigid->velocity[d] * c->n[d];
+      for (PetscInt d = 0; d < dim; d++) v2 += PetscSqr(rigid->velocity[d] - along * c->n[d]);
+      most2 = PetscMax(most2, v2);
+    }
+    rigid->slid += s->core->params.dt * PetscSqrtReal(most2);
+    if (rigid->slid < SLIDES * h) continue;
+    rigid->slid = -1;
+    PetscCall(MPMNote(&s->core->print,
+                      "seen at t=%g s: the rigid body %s, with %.2g cells in its radius, slides or rolls on matter; smooth "
+                      "disks with 4, 8 and 16 then have 0.86, 0.96 and 0.99 of their speed; choose -grid_h %.3g",
+                      (double)s->core->t, rigid->name, (double)(rigid->shape->radius / h), (double)(rigid->shape->radius / 16)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Marks the nodes around a node of contact, of both copies, in the patch's arrays, across periodic faces too. */
 static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContactNode *node, char held[])
 {
@@ -343,6 +377,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(WarnBeside(&s));
   PetscCall(MakeSites(&s));
   PetscCall(MPMContactColumns(core));
+  PetscCall(NoteCoarse(&s));
   if (core->params.light > 0) PetscCall(MarkTouching(&s));
   PetscCall(PetscFree(s.key));
   PetscCall(PetscFree(s.normal));

@@ -9,8 +9,8 @@
 
 /* Tiles: bodies may touch that have particles in tiles as near as this or nearer, and their copies must be at different places;
    copies that are farther than the second number are put at the same one: later than they may be, so that they do not change
-   often. */
-enum { TOUCH = 1, MERGE = 2 };
+   often. How much farther they are is found up to the third one. */
+enum { TOUCH = 1, MERGE = 2, FARTHEST = 8 };
 
 /* For each copy the other ones (bits) that have a tile as near as this to one of its own. */
 typedef uint32_t Others[MPM_MAX_COPIES];
@@ -148,7 +148,7 @@ PetscBool MPMContactIsNear(const MPMCore *core, PetscInt copy, const PetscInt at
       for (i[0] = lo[0]; i[0] <= hi[0]; i[0]++) {
         PetscInt bit = 0;
 
-        for (PetscInt d = 2; d >= 0; d--) bit = bit * t->n[d] + (i[d] + MERGE * t->n[d]) % t->n[d];
+        for (PetscInt d = 2; d >= 0; d--) bit = bit * t->n[d] + (i[d] + by * t->n[d]) % t->n[d];
         if (t->bits[copy * t->words + bit / 64] >> bit % 64 & 1) return PETSC_TRUE;
       }
   return PETSC_FALSE;
@@ -224,21 +224,57 @@ static PetscErrorCode CollectTiles(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether the boxes around the tiles of any two copies are as near as `by` tiles. */
+static PetscBool AnyBoxesMeet(const MPMCore *core, PetscInt by)
+{
+  for (PetscInt a = 0; a < core->grid.copies; a++)
+    for (PetscInt b = a + 1; b < core->grid.copies; b++)
+      if (BoxesMeet(core, a, b, by)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Sets by how many cells copies may approach each other before any are as near as MERGE tiles. all: the tiles of all processes
+   are known, else their boxes alone. */
+static void SetClear(MPMCore *core, PetscBool all)
+{
+  MPMContacts *c  = core->contacts;
+  PetscInt     by = MERGE;
+  Others       near;
+
+  while (by < FARTHEST && !(all ? SetOthers(core, by, near) : AnyBoxesMeet(core, by))) by++;
+  c->clear   = (by - 1 - MERGE) * MPMTileEdge(core->basis);
+  c->waiting = core->particles.waiting;
+}
+
+/* Returns whether all copies are at one place and still too far from each other for anything else: in a step a particle passes
+   as many cells as it may have moved, or one. */
+static PetscBool AreClear(MPMCore *core)
+{
+  MPMContacts    *c   = core->contacts;
+  const PetscReal way = 2 * core->params.dt * PetscSqrtReal(core->status.v2) / MPMGridSmallestH(&core->grid);
+
+  if (!(way < FARTHEST)) return PETSC_FALSE;
+  c->clear -= 2 * PetscMax(1, (PetscInt)PetscCeilReal(way));
+  return c->clear >= 0 && core->grid.places < 2 && c->waiting == core->particles.waiting
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
 PetscErrorCode MPMContactsSettle(MPMCore *core)
 {
   MPMGrid  *grid = &core->grid;
   PetscInt  place[MPM_MAX_COPIES], places;
-  PetscBool meet = PETSC_FALSE, parts = PETSC_FALSE;
+  PetscBool meet, parts = PETSC_FALSE;
   Others    near;
 
   PetscFunctionBeginUser;
-  if (!core->contacts || grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!core->contacts || grid->copies < 2 || AreClear(core)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FindTiles(core));
   core->contacts->near = PETSC_FALSE;
-  for (PetscInt a = 0; a < grid->copies; a++)
-    for (PetscInt b = a + 1; b < grid->copies; b++) meet = BoxesMeet(core, a, b, MERGE) ? PETSC_TRUE : meet;
-  if (!meet && grid->places < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  meet                 = AnyBoxesMeet(core, MERGE);
   if (meet) PetscCall(CollectTiles(core));
+  SetClear(core, meet);
+  if (!meet && grid->places < 2) PetscFunctionReturn(PETSC_SUCCESS);
   core->contacts->near = SetOthers(core, TOUCH, near);
   (void)SetOthers(core, PartsAt(core), near);
   for (PetscInt a = 0; a < grid->copies; a++)
