@@ -143,6 +143,32 @@ def shapes(deep):
         check.that(abs(mass / flow - 1) < 0.25, f"{name}: {mass:g} kg in 0.1 s, of {flow:g}, in layers of {2000 * seen * 0.05 / 2:.3g}")
 
 
+def under_water():
+    """The work by which a source pushes matter in, below a surface of water, is not told as energy that nothing explains."""
+    drop = ("-body_", "-source_jet_", "-output_every", "-time_end", "-grid_upper")
+    scene = check.write("deep_source.opts", "".join(line for line in open(JET) if not line.startswith(drop)) + """\
+-grid_upper 1,1
+-body_pool_shape box
+-body_pool_lower 0,0
+-body_pool_upper 1,0.05
+-body_pool_material water
+-body_jet_shape box
+-body_jet_lower 0.2,0
+-body_jet_upper 0.3,0.1
+-body_jet_velocity 0,1
+-body_jet_material water
+-source_jet_to 3
+-time_end 6
+-output_format none
+""")
+    told = check.scene_in(scene, "under")
+    check.need(told.good, told.err)
+    rows = check.history("under/deep_source.csv")
+    base = rows["total_energy"].max() + abs(rows["external_work"][-1])
+    check.that(rows["energy_residual"][-1] > 0.05 * base, f"its residual is {rows['energy_residual'][-1] / base:.2g} of the energy and the work")
+    check.that("which nothing in the scene explains" not in told.out, "and it is not told as one without a cause")
+
+
 def refused():
     for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
                         (["-body_jet_velocity", "0,0"], "-body_jet_velocity must be numbers, one of them not 0"),
@@ -160,5 +186,6 @@ def refused():
 
 
 shapes(counted())
+under_water()
 refused()
 check.end()

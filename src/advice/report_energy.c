@@ -1,12 +1,13 @@
 /* report_energy.c - the lines of the summary about energy: what it was and is, and by which terms it changed. */
 #include "advice/advice.h"
 
-/* Described in watch.h: no wall and no rigid body gives matter a velocity, and no body force acts on it. */
+/* Described in watch.h: no wall and no rigid body gives matter a velocity, no source pushes matter into other matter, and no
+   body force acts on it. */
 PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  if (core->rigids.driven || core->rigids.free) return PETSC_FALSE;
+  if (core->rigids.driven || core->rigids.free || core->particles.flows) return PETSC_FALSE;
   return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 
