@@ -169,6 +169,19 @@ def under_water():
     check.that("which nothing in the scene explains" not in told.out, "and it is not told as one without a cause")
 
 
+def stopped():
+    """A run that stops between lines of the history tells the energies and what has flowed in of its last step."""
+    text = open(JET).read().replace("-bc_xmin_type slip\n", "").replace("-history_every 0.01", "-history_every 1").replace("-output_every 0.1", "-output_format none").replace("-source_jet_from 0.05\n", "")
+    said = check.scene_in(check.write("open.opts", text + "-dt_size 5e-4\n"), "stopped")
+    check.need(said.status == 3 and said.err.startswith("stopped at step "), said.err)
+    step = int(said.err.split()[3].strip(","))
+    check.scene_in("open.opts", "before", "-time_max_steps", step - 1)
+    rows = check.history("before/open.csv")
+    kinetic, waiting, mass = float(said.find(r"energy +kinetic 0 -> (\S+) J")), int(said.find(r"sources +(\d+) particles")), float(said.find(r"less what left, is (\S+) kg"))
+    check.that(abs(kinetic / rows["kinetic_energy"][-1] - 1) < 0.1, f"the run stopped at step {step} with {kinetic:g} J, before it it had {rows['kinetic_energy'][-1]:g} J")
+    check.that(abs(mass - (160 - waiting) * 0.625) < 0.05 and mass > 0, f"{mass:g} kg have flowed in, {waiting} particles have not")
+
+
 def refused():
     for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
                         (["-body_jet_velocity", "0,0"], "-body_jet_velocity must be numbers, one of them not 0"),
@@ -187,5 +200,6 @@ def refused():
 
 shapes(counted())
 under_water()
+stopped()
 refused()
 check.end()

@@ -278,6 +278,20 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMMonitorStopped(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
+{
+  const MPMShown shown = MPMMonitorShown(mon, core, scene);
+  MPMTotals      now;
+
+  PetscFunctionBeginUser;
+  if (mon->off) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMTotalsCompute(scene, core, &now));
+  if (now.wrong >= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  mon->now        = now;
+  mon->energy_max = PetscMax(mon->energy_max, MPMDiagnosticValue(&shown, MPM_SHOWS_total_energy, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns the first multiple of `every` after t (up to rounding), or t itself if `every` is 0. */
 PetscReal MPMNextTime(PetscReal t, PetscReal every)
 {

@@ -41,6 +41,9 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscRea
    or if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
 PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
+/* Computes the totals of a state that is not valid and ends the run, for what is printed of it; where they are not finite,
+   those of before stay. Collective on the exchange. */
+PetscErrorCode MPMMonitorStopped(MPMMonitor *, MPMCore *, const MPMScene *);
 /* Returns the checksum of the first `length` bytes of the history, or 0 if it has less or there is none. Not
    collective. */
 uint64_t MPMMonitorSum(const MPMMonitor *, const MPMScene *, long length);

@@ -306,7 +306,7 @@ static PetscErrorCode PrintLost(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "sources    %" PetscInt64_FMT
                        " particles have not flowed in yet; what flowed in, less what left, is %.3g kg\n",
-                       particles->waiting, -(double)now->sum[MPM_SHOWS_lost_mass][0]));
+                       particles->waiting, 0 - (double)now->sum[MPM_SHOWS_lost_mass][0]));
   if (!left || particles->flows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print,
                      "lost       %" PetscInt64_FMT " of %" PetscInt64_FMT

@@ -299,7 +299,10 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped)
     PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
-  if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (!MPMStatusIsBad(&core->status))
+    PetscCall(Output(mpm, output, PETSC_TRUE));
+  else
+    PetscCall(MPMMonitorStopped(&mpm->monitor, core, &mpm->scene));
   if (MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
