@@ -298,6 +298,10 @@ def check_paths():
     lines = rest("-time_end 0.3", *box("ram", [0.2, 1.3], [0.6, 1.5], "rigid moving", "velocity 0,4"))
     done = check.must("-options_file", check.write("leaves.opts", lines), *QUIET, "-bodies", "block,floor,ram")
     check.that(done.find(r"the rigid body ram leaves the grid at t=(0\.17\d*) s; from then on it meets nothing"), "a tool that leaves the grid is noted, and the run ends as usual")
+    misses = r"the rigid body (ram) moved, but met nothing: its reaction was 0 all the time; check its place, -body_ram_velocity and -time_end"
+    check.that(done.find(misses) and "the rigid body floor moved" not in done.out, "at its end, a tool that moved and met nothing is noted")
+    hits = run("hits", rest("-time_end 0.05", *box("ram", [1.2, 1.2], [1.6, 1.4], "rigid moving", "velocity 0,-4")), "-bodies", "block,floor,ram")[1]
+    check.that(not hits.find(misses), "one that met the block is not")
     steps = len(run("fast", rest("-time_end 0.05", "-history_every 0", *box("ram", [0.2, 1.3], [0.6, 1.5], "rigid moving", "velocity 0,4000")), "-bodies", "block,floor,ram")[0]["time"])
     check.that(steps < 100, f"a tool of 4000 m/s that has left the grid does not bound the step, which would be 4000 steps: {steps}")
 

@@ -176,3 +176,16 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   PetscCall(ReportSticking(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMReportMet(const MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const MPMRigid *r = &core->rigids.body[k];
+
+    if (!r->moves || r->free || r->met) continue;
+    PetscCall(MPMNote(&core->print, "the rigid body %s moved, but met nothing: its reaction was 0 all the time; check its place, -body_%s_velocity and -time_end",
+                      r->name, r->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

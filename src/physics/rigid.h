@@ -17,6 +17,7 @@ typedef struct {
   const MPMRegion *shape;
   PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
+  PetscBool        met; /* by the lines of the history of this run it has given matter an impulse */
   PetscBool        moves, free, gone; /* gone: it has left the scene, and meets nothing */
   PetscBool        tied; /* matter that lies in it moves with it */
   PetscInt         held; /* bits of the faces that are planes of symmetry of a free body: what is in the grid is held there */

@@ -142,7 +142,10 @@ void MPMMeasuresLine(MPMMeasures *m, MPMCore *core)
 {
   core->rigids.since = core->kicked;
   for (PetscInt k = 0; k < core->rigids.n; k++)
-    for (PetscInt d = 0; d < 3; d++) core->rigids.body[k].impulse[d] = core->rigids.body[k].torque[d] = 0;
+    for (PetscInt d = 0; d < 3; d++) {
+      if (core->rigids.body[k].impulse[d] != 0) core->rigids.body[k].met = PETSC_TRUE;
+      core->rigids.body[k].impulse[d] = core->rigids.body[k].torque[d] = 0;
+    }
   if (!m->faces) return;
   core->reactions->since = core->kicked;
   for (PetscInt k = 0; k < 18; k++) MPMSumZero(&core->reactions->impulse[k / 3][k % 3]);

@@ -80,6 +80,8 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
   if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)
     PetscCall(MPMReportIndicator(core, scene));
   PetscCall(MPMWatchEnd(&mpm->watch, &core->print));
+  if (MPMEnds(mpm) && !core->stop[0] && !mpm->checkpoint.from[0] && !mpm->monitor.off && core->stages.n < 2)
+    PetscCall(MPMReportMet(core));
   PetscCall(MPMReportKnown(core, scene));
   PetscCall(MPMReportResults(core, scene, &mpm->output));
   PetscCall(MPMReportExchange(core));
