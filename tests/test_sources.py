@@ -186,12 +186,14 @@ def refused():
     for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
                         (["-body_jet_velocity", "0,0"], "-body_jet_velocity must be numbers, one of them not 0"),
                         (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-sources: a particle of jet would enter at x = 0.0125, but the grid is from 0 to 2"),
-                        (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start"),
+                        (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner"),
                         (["-body_jet_cut", "pool"], "-sources: the body jet may not be cut or limited by others"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
                         (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution"),
                         (["-body_jet_shape", "expression", "-body_jet_expression", "0.01-(x-0.5)^2"], "-sources: the body jet must be a box, sphere, cylinder or polygon; and a polygon in 3-D moves along z, or across it")):
         told = check.scene_in(JET, "refused", *more)
         check.that(told.status == 2 and len(told.lines) == 1 and words in told.err, f"{' '.join(map(str, more))}: {told.err.strip()}")
+    filled = check.scene_in(JET, "filled", "-body_pool_upper", "0.05,0.05")
+    check.that(filled.good and "0 particles have not flowed in yet; what flowed in, less what left, is 80 kg" in filled.out, f"a tank that is empty but for a cell is filled {filled.err.strip()}")
     told = check.scene_in(BLOCKS, "refused", "-method_frame", "total")
     check.that(told.status == 2 and "-sources does not apply in the total frame" in told.err, told.err.strip())
     told = check.scene_in(BLOCKS, "refused", "-geometry", "axisymmetric", "-gravity", "0,-1")

@@ -66,7 +66,7 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
       PetscCall(Read(core->grid.dim, o, body));
   }
   if (n == scene->nfilled && n && scene->nbodies == scene->nfilled)
-    MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start");
+    MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner");
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
