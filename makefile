@@ -250,7 +250,7 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/quadrature build
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
-	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
+	@cd $(BUILD)/tests && ctest -j3 --output-on-failure --no-tests=error $(select)
 	@$(after)
 
 pages: $(PEBBLE)

@@ -3,8 +3,6 @@ it ended, the same on several processes, the finest run in place of a solution, 
 
 usage: test_lab.py PEBBLE SOURCE MPIEXEC"""
 
-import contextlib
-import io
 import os
 import re
 import subprocess
@@ -14,12 +12,12 @@ import numpy as np
 
 import check
 import mpi
+import studying
 
 check.arguments(__doc__, 0)
 os.environ.update(mpi.ENVIRONMENT | dict(os.environ) | {"PEBBLE": check.program, "MPIEXEC": check.mpiexec})
 sys.path.insert(0, os.path.join(check.source, "lab"))
 import pebble_mpm as pebble  # noqa: E402 (after the path)
-import study as lab  # noqa: E402
 
 BAR = [
     "-dim 1",
@@ -156,34 +154,15 @@ for what, wrong in (
 
 
 # ---- The command
+studying.prepare()
+study = studying.study
+
+
 def command(kind, scene, *words):
     """The command as it is started."""
     words = [os.path.join(check.source, "pebble-study"), kind, scene, *words]
     done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     return check.Run(done.returncode, done.stdout, done.stderr)
-
-
-def start(command, processes=1, timeout=None):
-    """pebble.start as tests start the program."""
-    return mpi.run(processes, command, timeout or check.TIMEOUT, check.mpiexec)
-
-
-pebble.start = start
-end = lab.Study.end
-
-
-def study(kind, scene, *words, draws=False):
-    """The same in this process, which has the libraries; most make no picture, which takes longer than their runs."""
-    own, sys.argv = sys.argv, ["pebble-study", kind, scene, *words]
-    lab.Study.end = end if draws else lambda study, path, no_plot="": None
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            status = lab.main()
-        except SystemExit as ends:  # of argparse
-            status = ends.code
-    sys.argv = own
-    return check.Run(status, out.getvalue(), err.getvalue())
 
 
 def rows(folder, end, name="bar"):
@@ -303,7 +282,7 @@ check.that(
 check.that(check.content("known/bar_study.png").startswith(b"\x89PNG"), "it is drawn")
 other = study("convergence", bar, *words, "-time_end", "0.25")
 check.that(len(re.findall("^run  ", other.out, re.M)) == 3, "another time_end: all runs anew")
-least = command("convergence", bar, *words, "-time_end", "0.25", "--order-min", "9")
+least = study("convergence", bar, *words, "-time_end", "0.25", "--order-min", "9")
 check.that(
     least.status == 3 and len(least.err.splitlines()) == 1 and "is below --order-min 9" in least.err,
     f"--order-min: {least.err.strip()}",
@@ -324,7 +303,7 @@ check.that(
     and 0 < float(plain[1]["error"]) < float(plain[0]["error"]),
     f"against the finest run, on 1 and 2 processes: {[row['error'] for row in plain]}",
 )
-dry = command("trade", bar, "--dry-run", *SWINGS, "-output_dir", "dry")
+dry = study("trade", bar, "--dry-run", *SWINGS, "-output_dir", "dry")
 check.that(
     dry.status == 0
     and len(re.findall(r"^runs +.* 4 of 4 grids, about \S+ \w+$", dry.out, re.M)) > 5
@@ -340,7 +319,7 @@ for name, why in (
 ):
     check.that(dict(skipped).get(name, "").startswith(why), f"{name} is skipped: {dict(skipped).get(name)}")
 words = ["--preset", "balanced", "--cfl", "0.4,0.8"]
-dry = command("trade", bar, "--dry-run", *words, *SWINGS, "-output_dir", "dry")
+dry = study("trade", bar, "--dry-run", *words, *SWINGS, "-output_dir", "dry")
 names = re.findall(r"^runs +(.*?) +\d of \d grids", dry.out, re.M)
 check.that(
     {"bspline3 usl aflip, cfl 0.4", "bspline3 usl aflip, cfl 0.8", "preset balanced, cfl 0.4", "preset balanced, cfl 0.8"} <= set(names) and len(names) <= 7,
@@ -403,7 +382,7 @@ check.that(
     f"another file of that name: {foreign.err.strip()}",
 )
 steps = ["--steps", "100", "--basis", "linear", "--update", "usl", "--transfer", "apic", "-output_dir", "stable"]
-found = command("stability", bar, *steps)
+found = study("stability", bar, *steps)
 row = rows("stable", "stability")[0]
 check.that(
     found.status == 0 and float(row["crossing_unstable"]) <= 0.5 and float(row["rest"]) > 0,

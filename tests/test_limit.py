@@ -12,10 +12,10 @@ import subprocess
 import sys
 
 import check
-import mpi
+import studying
 
 (part,) = check.arguments(__doc__, 1)
-os.environ.update(mpi.ENVIRONMENT | dict(os.environ) | {"PEBBLE": check.program, "MPIEXEC": check.mpiexec})
+studying.prepare()
 
 
 def box(name, upper, h, *more, shape=(), model=()):
@@ -43,6 +43,11 @@ def polygon(vertices):
 
 
 def study(scene, *words):
+    return studying.study("limit", scene, *words)
+
+
+def started(scene, *words):
+    """The same as a user starts it."""
     words = [sys.executable, os.path.join(check.source, "lab", "study.py"), "limit", scene, *words]
     done = subprocess.run(words, capture_output=True, text=True, timeout=3000)
     return check.Run(done.returncode, done.stdout, done.stderr)
@@ -50,7 +55,7 @@ def study(scene, *words):
 
 def factors(scene, *words):
     """On each grid, from the table; and the range that the study tells."""
-    told = study(scene, "-output_dir", ".", *words)
+    told = started(scene, "-output_dir", ".", *words)
     found = re.search(r"^limit +(\S+) to (\S+):", told.out, re.M)
     if told.status or not found:
         check.that(False, f"{scene}: {told.out[-600:]}{told.err[-600:]}")
@@ -78,7 +83,7 @@ def command():
     """Between smooth walls a block of clay in plane strain bears a pressure of 2 c."""
     scene = block("block", *pressed("ymax", "4*t"))
     words = ["--levels", "2", "--tolerance", "0.03", "-output_dir", "."]
-    first = study(scene, *words)
+    first = started(scene, *words)
     check.that(first.status == 0, f"the study ends well {first.err}")
     before = check.content("block_limit.csv")
     table = check.rows("block_limit.csv")

@@ -8,7 +8,6 @@ runs that start in the same moment.
 """
 import os
 import re
-import shutil
 import signal
 import time
 
@@ -48,27 +47,31 @@ def part_killed():
     scene = ["-options_file", check.scene("disks"), "-time_end", "1e6", "-check_energy", "1e9", "-check_momentum", "1e9",
              "-body_disk1_velocity", "0,0", "-body_disk2_velocity", "0,0", "-dt_size", "0.001", "-output_every", "0.1", "-history_every", "0.02"]
     scene[1] = without("endless.opts", scene[1], "-dt_")
-    for strategy in ("spatial", "pool"):
-        for victim in (2, 0):
-            name = f"{strategy}, kill -9 of rank {victim} of 4"
-            folder = f"killed_{strategy}_{victim}"
-            death = []
 
-            def during(session):
-                xdmf = os.path.join(folder, "run.xdmf")
-                mpi.until(lambda: os.path.exists(xdmf) and open(xdmf).read().count("particles/id") > 2, lambda: mpi.members(session))
-                pid = mpi.process(session, victim)
-                if pid:
-                    os.kill(pid, signal.SIGKILL)
-                    death.append(time.monotonic())
+    def kill(case):
+        """The run, the moments of the kill and of its end."""
+        strategy, victim = case
+        folder, death = check.folder(f"killed_{strategy}_{victim}"), []
 
-            shutil.rmtree(folder, ignore_errors=True)
-            told = check.pebble(*scene, "-parallel_strategy", strategy, "-output_dir", folder, "-output_name", "run", n=4, during=during)
-            check.need(death, f"{name}: there was no process to kill")
-            check.that(told.status not in (0, mpi.TIMED_OUT, mpi.LEFT_BEHIND),
-                       f"{name}: the run ended {time.monotonic() - death[0]:.1f} s later: exit status {told.status}, no process left behind")
-            check.that("digest" not in told.out and re.search(r"signal 9|KILLED|[Kk]illed|rank \d", told.err), f"{name}: said: {' '.join(told.err.split())[:160]}")
-            check_files(name, folder)
+        def during(session):
+            xdmf = os.path.join(folder, "run.xdmf")
+            mpi.until(lambda: os.path.exists(xdmf) and open(xdmf).read().count("particles/id") > 2, lambda: mpi.members(session))
+            pid = mpi.process(session, victim)
+            if pid:
+                os.kill(pid, signal.SIGKILL)
+                death.append(time.monotonic())
+
+        told = check.pebble(*scene, "-parallel_strategy", strategy, "-output_dir", folder, "-output_name", "run", n=4, during=during)
+        return told, death, time.monotonic()
+
+    cases = [(strategy, victim) for strategy in ("spatial", "pool") for victim in (2, 0)]
+    # Two at once: mpiexec waits for a second after it has told processes to end.
+    for (strategy, victim), (told, death, end) in zip(cases, check.at_once(kill, cases)):
+        name = f"{strategy}, kill -9 of rank {victim} of 4"
+        check.need(death, f"{name}: there was no process to kill")
+        check.that(told.status not in (0, mpi.TIMED_OUT, mpi.LEFT_BEHIND), f"{name}: the run ended {end - death[0]:.1f} s later: exit status {told.status}, no process left behind")
+        check.that("digest" not in told.out and re.search(r"signal 9|KILLED|[Kk]illed|rank \d", told.err), f"{name}: said: {' '.join(told.err.split())[:160]}")
+        check_files(name, f"killed_{strategy}_{victim}")
 
 
 def part_bad():

@@ -1,12 +1,12 @@
-/* meet.c - bodies of the total frame that meet each other or a wall, of which that frame knows nothing: its nodes are those
-   of the places at the start. Bodies that have nodes in common at the start are joined, and a wall holds the bodies that
-   reach its nodes at the start; nothing else acts between them, and where they do not touch the scene is refused. It is
-   used before the first step and after steps, and changes no state.
+/* meet.c - bodies of the total frame that meet each other or a wall, of which that frame knows nothing: its nodes are
+   those of the places at the start. Bodies that have nodes in common at the start are joined, and a wall holds the
+   bodies that reach its nodes at the start; nothing else acts between them, and where they do not touch the scene is
+   refused. It is used before the first step and after steps, and changes no state.
 
-   It looks when the fastest particle may have come a quarter of a cell farther, and after the last step. A body has met a wall that does not hold it
-   where it lies beyond its plane; two bodies that are not joined have met where particles of both lie in one cell. It looks
-   too whether matter that flows is squeezed beyond what was measured. Every decision follows from extremes and bits of all
-   processes. */
+   It looks when the fastest particle may have come a quarter of a cell farther, and after the last step. A body has met
+   a wall that does not hold it where it lies beyond its plane; two bodies that are not joined have met where particles
+   of both lie in one cell. It looks too whether matter that flows is squeezed beyond what was measured. Every decision
+   follows from extremes and bits of all processes. */
 #include "advice/watch.h"
 #include "kernels/cell.h"
 #include "physics/distance.h"
@@ -47,8 +47,8 @@ static PetscErrorCode FindBounds(Look *l, PetscBool start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which cells a place marks: its own; those named by the first node of any stencil that has nodes in common with its own; its
-   own and those a spacing away. */
+/* Which cells a place marks: its own; those named by the first node of any stencil that has nodes in common with its
+   own; its own and those a spacing away. */
 typedef enum { OWN, STENCIL, SPACING } Reach;
 
 /* Sets lo, hi to the cells that particle p marks along axis d if it marks `more` than its own. */
@@ -128,11 +128,11 @@ static PetscReal Inside(const Look *l, PetscInt b, PetscInt face, PetscReal pass
   return face % 2 ? grid->upper[face / 2] + passed + own : own - grid->lower[face / 2] - passed;
 }
 
-/* Returns the gap of body a at the start, m, to body b, or if `face` >= 0 to the plane of that face; or PETSC_MIN_REAL if a
-   shape of the two has no distance. A ball around a particle of a that reaches to the surface of a lies in a, so the sum of
-   the particle's distances from both is never less than the gap, and the least is the gap where surfaces are flat. At one
-   of radius R it is too large by y^2/(2 R), y: how far the particle is beside the nearest place. Collective on
-   exchange.data. */
+/* Returns the gap of body a at the start, m, to body b, or if `face` >= 0 to the plane of that face; or PETSC_MIN_REAL
+   if a shape of the two has no distance. A ball around a particle of a that reaches to the surface of a lies in a, so
+   the sum of the particle's distances from both is never less than the gap, and the least is the gap where surfaces are
+   flat. At one of radius R it is too large by y^2/(2 R), y: how far the particle is beside the nearest place.
+   Collective on exchange.data. */
 static PetscErrorCode Gap(const Look *l, PetscInt a, PetscInt b, PetscInt face, PetscReal *gap)
 {
   const MPMRegion *A = &l->scene->bodies[a].region, *B = &l->scene->bodies[b].region;
@@ -167,8 +167,8 @@ static PetscBool IsClosed(const Look *l, PetscInt a, PetscReal gap)
   return gap < MPM_BOUND_touch * spacing ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Finds which walls hold which bodies and which bodies are joined; refuses those of them that do not touch, and says which
-   do. Collective on exchange.data. */
+/* Finds which walls hold which bodies and which bodies are joined; refuses those of them that do not touch, and says
+   which do. Collective on exchange.data. */
 static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
 {
   const PetscInt nb = l->scene->nbodies;
@@ -188,11 +188,12 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
       PetscCall(Gap(l, b, b, k, &gap));
       if (gap == PETSC_MIN_REAL && in > spacing) gap = in - 0.5 * spacing;
       if (IsClosed(l, b, gap)) continue;
-      (void)snprintf(core->stop, sizeof core->stop,
-                     "%s starts %.3g cells inside of its wall %s, nearer than the nodes of the wall reach: in the total "
-                     "frame that wall would hold it from the start; put it at the wall or farther away, use finer cells, "
-                     "or use %s",
-                     l->scene->bodies[b].name, (double)(gap / h), MPMFaceNames[k], w->use);
+      (void)snprintf(
+          core->stop, sizeof core->stop,
+          "%s starts %.3g cells inside of its wall %s, nearer than the nodes of the wall reach: in the total "
+          "frame that wall would hold it from the start; put it at the wall or farther away, use finer cells, "
+          "or use %s",
+          l->scene->bodies[b].name, (double)(gap / h), MPMFaceNames[k], w->use);
     }
   for (PetscInt a = 0; a < nb; a++)
     for (PetscInt b = a + 1; b < nb; b++) {
@@ -243,8 +244,8 @@ static PetscErrorCode LookAtWalls(MPMWatch *w, Look *l, MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the particle of a plastic law with the least principal stretch; beyond the bound it leaves a reason to stop, or warns
-   once with -check_law warn. Collective on exchange.data. */
+/* Finds the particle of a plastic law with the least principal stretch; beyond the bound it leaves a reason to stop, or
+   warns once with -check_law warn. Collective on exchange.data. */
 static PetscErrorCode LookAtFlow(MPMWatch *w, Look *l, MPMCore *core)
 {
   const PetscInt dim   = core->grid.dim;

@@ -4,9 +4,9 @@
    after steps, and changes no state.
 
    The distance of two neighbours is measured in cells. As long as both know of it, it is the one that their deformation
-   gives; where one is left behind, F stays, and the distance grows. A wall that holds what it meets is a mirror: the gap
-   is twice the distance of the particle next to it. Single particles may be left behind at corners, where the stress has
-   no bound; a body has parted where a crack is longer than a cell, or goes through it. */
+   gives; where one is left behind, F stays, and the distance grows. A wall that holds what it meets is a mirror: the
+   gap is twice the distance of the particle next to it. Single particles may be left behind at corners, where the
+   stress has no bound; a body has parted where a crack is longer than a cell, or goes through it. */
 #include <stdlib.h>
 #include "advice/watch.h"
 

@@ -263,6 +263,48 @@ PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const MPMBody *b    = &look->scene->bodies[k];
+
+  if (!(look->g > 0) || grid->total || look->core->rigids.n || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
+      MPMUnlikelyGiven("particles_leave", NULL, "", odd))
+    return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d   = face / 2;
+    const PetscReal gap = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+
+    if (d == look->down || grid->periodic[d] || (grid->round && !face) || gap > 0.3 ||
+        look->scene->walls.given[d][face % 2].type != MPM_WALL_free)
+      continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+    (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_arrives_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  PetscReal      v[9] = {0}, sign, gap;
+  PetscInt       d;
+
+  if (look->scene->nbodies > 1 || look->g > 0 || look->scene->forced || look->scene->known || look->core->rigids.n ||
+      look->core->stages.n > 1 || !Velocity(look, k, odd, v))
+    return PETSC_FALSE;
+  d   = Along(grid->dim, v, &sign);
+  gap = sign > 0 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];
+  if (v[d] == 0 || !(gap > 0.5 * grid->h[d]) || !MPMWallHas(look->scene->walls.given[d][sign > 0].type, MPM_WALL_NORMAL | MPM_WALL_PUSHES))
+    return PETSC_FALSE;
+  odd->ratio = PetscAbsReal(v[d]) * look->time->end / gap;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  MPMUnlikelyWrite(odd->meant, gap);
+  return PETSC_TRUE;
+}
+
 /* --- Loads -------------------------------------------------------------------------------------------------------- */
 
 /* Sets how large a load is, Pa, per area of the body if it is a force; and its body's modulus. */

@@ -10,8 +10,8 @@ MPM_INLINE void MPMCross(const PetscReal a[], const PetscReal b[], PetscReal c[]
   for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
-/* Replaces r [n] by the solution y of A y = r, A [n][n] in rows of `row` numbers, by elimination with pivots; A is lost.
-   Returns false if A is singular. */
+/* Replaces r [n] by the solution y of A y = r, A [n][n] in rows of `row` numbers, by elimination with pivots; A is
+   lost. Returns false if A is singular. */
 MPM_INLINE PetscBool MPMSolve(int n, int row, PetscReal *A, PetscReal *r)
 {
   for (int k = 0; k < n; k++) {

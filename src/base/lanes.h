@@ -5,8 +5,8 @@
    (a vector wider than the processor's registers is split through memory, many times slower); transfer.c picks the
    width when the program starts. Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so the same functions
    serve single particles. Each lane takes the same operations in every width, and no compiler may fuse any by its own
-   choice (-ffp-contract=off): all widths give the same bits. MPMFma is a * b + c fused. Where a compiler makes no vector
-   instruction of what is written for each lane, that instruction is called by its name, for 8 and 4 lanes. */
+   choice (-ffp-contract=off): all widths give the same bits. MPMFma is a * b + c fused. Where a compiler makes no
+   vector instruction of what is written for each lane, that instruction is called by its name, for 8 and 4 lanes. */
 #ifndef MPM_LANES_H
 #define MPM_LANES_H
 
@@ -150,8 +150,8 @@ MPM_INLINE MPMReal MPMFloor(MPMReal a)
 #endif
 }
 
-/* Returns a * b + c, rounded once. Where the processor has no instruction for it, the library computes it, with the same
-   result but slowly. */
+/* Returns a * b + c, rounded once. Where the processor has no instruction for it, the library computes it, with the
+   same result but slowly. */
 MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 {
 #if MPM_WIDTH == 8

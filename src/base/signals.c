@@ -32,8 +32,8 @@ PetscInt MPMSignalsAsked(void)
   return end ? MPM_ASKED_END : write ? MPM_ASKED_CHECKPOINT : MPM_ASKED_NOTHING;
 }
 
-/* Installs the handlers of the signals that end a run, which note the first one; a second one has its default effect. Not
-   collective. */
+/* Installs the handlers of the signals that end a run, which note the first one; a second one has its default effect.
+   Not collective. */
 void MPMSignalsCatch(void)
 {
   struct sigaction action;

@@ -1,5 +1,5 @@
-/* signals.h - what signals ask of a run. SIGINT, SIGTERM and SIGHUP: the first ends it after its current step, with its results
-   and a checkpoint written; a second one ends it at once. SIGUSR1: it writes a checkpoint and goes on. */
+/* signals.h - what signals ask of a run. SIGINT, SIGTERM and SIGHUP: the first ends it after its current step, with its
+   results and a checkpoint written; a second one ends it at once. SIGUSR1: it writes a checkpoint and goes on. */
 #ifndef MPM_SIGNALS_H
 #define MPM_SIGNALS_H
 

@@ -30,7 +30,7 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->c2 = PetscMax(s->c2, other->c2);
   s->moved += other->moved;
   s->left += other->left;
-  s->hops  = PetscMax(s->hops, other->hops);
+  s->hops   = PetscMax(s->hops, other->hops);
   s->asked  = PetscMax(s->asked, other->asked);
   s->opened = PetscMax(s->opened, other->opened);
   s->most   = PetscMax(s->most, other->most);

@@ -1,5 +1,5 @@
-/* chains.c - fused multiply-adds in registers, whose rate roofline.c takes as the limit of a core. It is compiled once for
-   each number of lanes. */
+/* chains.c - fused multiply-adds in registers, whose rate roofline.c takes as the limit of a core. It is compiled once
+   for each number of lanes. */
 #include "cost/cost.h"
 
 /* MPM_CHAINS independent sequences hide the latency of an instruction. start and end keep the compiler from removing

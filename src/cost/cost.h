@@ -1,5 +1,5 @@
-/* cost.h - the predicted cost of a step (docs/model.md has the model), and how much of the machine a run used. Before the
-   first step the prediction is printed, and the partition of the grid is chosen by it. */
+/* cost.h - the predicted cost of a step (docs/model.md has the model), and how much of the machine a run used. Before
+   the first step the prediction is printed, and the partition of the grid is chosen by it. */
 #ifndef MPM_COST_H
 #define MPM_COST_H
 
@@ -18,29 +18,29 @@ typedef struct {
   PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + particle n + leaver q seconds, for n particles here, of which q leave and as many arrive, and
-   the time of its messages (MPMModelMigrationMessages). */
+/* A migration takes call + particle n + leaver q seconds, for n particles here, of which q leave and as many arrive,
+   and the time of its messages (MPMModelMigrationMessages). */
 typedef struct {
   PetscReal call, particle, leaver;
 } MPMMigration;
 
-/* The collectives of a call of DMSwarmMigrate: 8 reductions, 3 gathers of a number from every process, 2 duplications of
-   a communicator, and a barrier (docs/petsc.md counts them; PETSc 3.26 has one reduction more). In the gathers, and in
-   two of the reductions while PETSc has at most MPM_SWARM_FEW processes, each process has a number of MPM_SWARM_NUMBER
-   bytes. */
+/* The collectives of a call of DMSwarmMigrate: 8 reductions, 3 gathers of a number from every process, 2 duplications
+   of a communicator, and a barrier (docs/petsc.md counts them; PETSc 3.26 has one reduction more). In the gathers, and
+   in two of the reductions while PETSc has at most MPM_SWARM_FEW processes, each process has a number of
+   MPM_SWARM_NUMBER bytes. */
 #define MPM_SWARM_COLLECTIVES 14
 #define MPM_SWARM_GATHERS     3
 #define MPM_SWARM_FLAGS       2
 #define MPM_SWARM_FEW         1024
 #define MPM_SWARM_NUMBER      4
 
-/* The factor within which the predicted time of a run was right for nine of ten scenes, on a core that did nothing else:
-   with rough constants, and with those of a calibration (docs/performance.md). */
+/* The factor within which the predicted time of a run was right for nine of ten scenes, on a core that did nothing
+   else: with rough constants, and with those of a calibration (docs/performance.md). */
 #define MPM_WITHIN_ROUGH      2
 #define MPM_WITHIN_CALIBRATED 1.3
 
-/* The constants of the model. Those of contact (contact_cost.c) follow from the scene; a calibration has them in its rates.
-   look is in s a particle; search and impulses are s a step: of all processes together, and of each one. */
+/* The constants of the model. Those of contact (contact_cost.c) follow from the scene; a calibration has them in its
+   rates. look is in s a particle; search and impulses are s a step: of all processes together, and of each one. */
 typedef struct {
   MPMRate      rate[MPM_MAX_TIMERS];   /* by timer; all phases of a step that share it together */
   PetscReal    exchange, message;      /* s per exchange with the neighbours, and per message until it arrives */
@@ -101,8 +101,8 @@ PetscReal MPMModelLeast(const MPMModel *, const MPMCore *, PetscReal per_cell, P
                         PetscReal efficiency);
 
 /* Print what the model predicts of a run of so many steps of dt s, and if `sizes` for other numbers of processes
-   (model_view.c), the critical path of -report_path (path.c), and the line `speed` (roofline.c), for which `limits` says that the limits of a core are measured, and
-   `no_limits` that they are not, however long the run took. */
+   (model_view.c), the critical path of -report_path (path.c), and the line `speed` (roofline.c), for which `limits`
+   says that the limits of a core are measured, and `no_limits` that they are not, however long the run took. */
 PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt, PetscReal steps,
                             PetscBool sizes);
 PetscErrorCode MPMWorkView(const MPMCost *, MPMCore *);

@@ -318,7 +318,8 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
   PetscFunctionBeginUser;
   PetscCall(MPMModelShare(core, dt, &s));
   PetscCall(MPMModelContact(&cost->model, core));
-  if (core->contacts) cost->model.within = PetscMax(cost->model.within, MPM_WITHIN_ROUGH); /* nothing else was measured */
+  if (core->contacts)
+    cost->model.within = PetscMax(cost->model.within, MPM_WITHIN_ROUGH); /* nothing else was measured */
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
     cost->predicted[e] = core->exchange.type->by_workers
                              ? PoolTimer(&cost->model, core, e, &s, core->exchange.pool_cells, &ignored)

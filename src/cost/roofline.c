@@ -81,8 +81,8 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
 
 /* Prints the line `speed`: operations and bytes are the mean over the processes, in the pool over master and workers.
    Beside them are the limits of a core, if the model's file has them or they are measured now: with -report_limits or,
-   if no file has them, after a run whose steps took more than 20 s, unless no_limits. In the pool the master measures alone. Collective
-   on the exchange. */
+   if no file has them, after a run whose steps took more than 20 s, unless no_limits. In the pool the master measures
+   alone. Collective on the exchange. */
 PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits, PetscBool no_limits)
 {
   const PetscReal per     = (PetscReal)PetscMax(1, core->particles.total) * (core->step - core->timers.first);

@@ -6,12 +6,12 @@
 #include "kernels/rare.h"
 
 /* Computes the affine velocities C of a block (APIC). With a basis without inertia they are the velocity gradient L,
-   which C has if the phase computes it and F-bar does not change it; else sum phi v (x_i - x) over the inertia, which is
-   computed as a gradient with g = w (i - at). That overwrites s->g, so it comes after all that needs g. Of the symmetric
-   part of C, the strain rate, the share par->strain is kept; the rotation is kept whole. C is memory for them, before
-   they are written to their rows. */
-MPM_INLINE void MPMAffine(int dim, const MPMParams *par, PetscInt parts, const MPMPatch *patch,
-                          const MPMBlockOrder *o, MPMStencils *s, MPMComponent *C)
+   which C has if the phase computes it and F-bar does not change it; else sum phi v (x_i - x) over the inertia, which
+   is computed as a gradient with g = w (i - at). That overwrites s->g, so it comes after all that needs g. Of the
+   symmetric part of C, the strain rate, the share par->strain is kept; the rotation is kept whole. C is memory for
+   them, before they are written to their rows. */
+MPM_INLINE void MPMAffine(int dim, const MPMParams *par, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
+                          MPMStencils *s, MPMComponent *C)
 {
   const int ns = MPMBasisNodes(patch->basis), inertia = MPMBasisInertia(patch->basis);
 

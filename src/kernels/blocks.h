@@ -23,9 +23,9 @@ typedef struct {
   PetscInt ncells, end[MPM_STAGED + 1]; /* cells; the particles of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
-/* What the stencils of a patch need of an axis, as reals: the grid's lower end in m, h, 1/h and cells; the first node of
-   the patch's arrays and how many there are; and in cells the reach of walls, the middle of a particle's cell from its
-   base node, and the distance from there within which a particle surely is in that cell. */
+/* What the stencils of a patch need of an axis, as reals: the grid's lower end in m, h, 1/h and cells; the first node
+   of the patch's arrays and how many there are; and in cells the reach of walls, the middle of a particle's cell from
+   its base node, and the distance from there within which a particle surely is in that cell. */
 typedef struct {
   PetscReal lower, h, inverse, cells, first, n, reach, middle, near;
   MPMBases  bases;
@@ -33,16 +33,16 @@ typedef struct {
 
 /* The stencils of a block, and what the particles have from their kinds. */
 typedef struct {
-  MPMComponent copy;                     /* from a base node to that of the copy, in the patch's arrays */
-  MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
-  MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
-  MPMComponent has_F;                    /* 1 if the material has F, else 0 */
-  MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
-  MPMAxis      axis[3];
-  PetscInt     kind[MPM_BLOCK];
-  PetscReal    stride; /* from a place of copies of the nodes to the next one, in the patch's arrays */
-  const PetscInt *place; /* of each copy */
-  PetscBool    walled; /* some particle has weights that a wall changes */
+  MPMComponent    copy;                     /* from a base node to that of the copy, in the patch's arrays */
+  MPMComponent    base;                     /* index of the base node in the patch's arrays, a whole number */
+  MPMComponent    x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
+  MPMComponent    has_F;                    /* 1 if the material has F, else 0 */
+  MPMComponent    w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
+  MPMAxis         axis[3];
+  PetscInt        kind[MPM_BLOCK];
+  PetscReal       stride; /* from a place of copies of the nodes to the next one, in the patch's arrays */
+  const PetscInt *place;  /* of each copy */
+  PetscBool       walled; /* some particle has weights that a wall changes */
 } MPMStencils;
 
 /* Takes the next block of the particles of `nruns` ranges of the order, from where the one before ended; returns

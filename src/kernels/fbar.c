@@ -97,7 +97,7 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
   const MPMInterpolateBlocks gradients = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][patch->grid->round ? 3 : 0][1];
   const int      round = dim == 2 && patch->grid->round;
-  const MPMRange all = {0, patch->particles.n, 0};
+  const MPMRange all   = {0, patch->particles.n, 0};
   MPMBlockOrder  o;
   MPMStencils    s;
   MPMComponent   L[9], V, growth, vr[1];
@@ -231,9 +231,12 @@ MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, co
     dim == 3 ? Function(3, __VA_ARGS__) : Function(2, __VA_ARGS__);                                                    \
   }
 MPM_FOR_DIM(SumGrowth, (int dim, const MPMParams *par, MPMPatch *patch), par, patch)
-MPM_FOR_DIM(ShareGrowth, (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
-                          MPMComponent *L), par, patch, o, s, L)
-MPM_FOR_DIM(SumPressures, (int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs), par, patch,
-            n, runs)
-MPM_FOR_DIM(SharePressure, (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
-                            const MPMStencils *s, MPMBlock *b), par, patch, o, s, b)
+MPM_FOR_DIM(ShareGrowth,
+            (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
+             MPMComponent *L),
+            par, patch, o, s, L)
+MPM_FOR_DIM(SumPressures, (int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs), par,
+            patch, n, runs)
+MPM_FOR_DIM(SharePressure,
+            (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s, MPMBlock *b),
+            par, patch, o, s, b)

@@ -22,9 +22,9 @@ typedef struct {
   PetscInt      n, room;
   MPMLightNode *node;
   PetscReal    *mass, *given;
-  char *held; /* [nodes of the arrays] is not 0 at nodes where matter touches other matter, which are never light;
+  char    *held;   /* [nodes of the arrays] is not 0 at nodes where matter touches other matter, which are never light;
                            or NULL: there are none */
-  MPMSpan      *filled; /* [rows of the arrays] where own rows of mass are not 0 */
+  MPMSpan *filled; /* [rows of the arrays] where own rows of mass are not 0 */
 } MPMLight;
 #define MPM_LIGHT_GIVEN 4
 

@@ -15,8 +15,8 @@ typedef struct {
 #define MPM_NODE_NC 8 /* numbers of a line, for vectors and messages */
 _Static_assert(sizeof(MPMNode) == MPM_NODE_NC * sizeof(PetscReal), "a line of sums is one line of the cache");
 
-/* MPM_NODE_<name> is the first number of a group of sums in the record: number % MPM_NODE_NC of line number / MPM_NODE_NC.
-   A group has room for its components in 3-D, and is in one line. */
+/* MPM_NODE_<name> is the first number of a group of sums in the record: number % MPM_NODE_NC of line number /
+   MPM_NODE_NC. A group has room for its components in 3-D, and is in one line. */
 #define dim 3
 enum {
 #define MPM_NODE_CORE(name, member, nc, part, dataset, unit, meaning)                                                  \

@@ -4,8 +4,8 @@
 
 #include "kernels/patch.h"
 
-/* A row of own nodes along x, or of a part of the patch's arrays. Arrays begin at node 0 of the row; those of its own nodes
-   that particles touch are first .. last-1, maybe none. */
+/* A row of own nodes along x, or of a part of the patch's arrays. Arrays begin at node 0 of the row; those of its own
+   nodes that particles touch are first .. last-1, maybe none. */
 typedef struct {
   PetscInt      row;                 /* of the arrays */
   PetscInt      first, last, ijk[3]; /* ijk: the number of node 0 in the grid */

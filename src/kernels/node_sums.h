@@ -7,9 +7,9 @@
 #include "kernels/stencils.h"
 #include "kernels/transfer.h"
 
-/* What they get: the constants of a step, the patch, the order and the stencils of a block, and the first of MPM_WIDTH of
-   its lanes. They set the components q of these particles; fields are read by MPMLoad, and those that the row names are
-   NULL where the scene has none. */
+/* What they get: the constants of a step, the patch, the order and the stencils of a block, and the first of MPM_WIDTH
+   of its lanes. They set the components q of these particles; fields are read by MPMLoad, and those that the row names
+   are NULL where the scene has none. */
 #define MPM_MAYBE __attribute__((unused)) /* some need it, some do not */
 #define MPM_GIVE_ARGUMENTS                                                                                             \
   MPM_MAYBE int dim, MPM_MAYBE const MPMParams *par, MPM_MAYBE const MPMPatch *patch,                                  \

@@ -23,12 +23,12 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 {
   MPMComponent    v[3], force[3], C[9];
   const int       round = dim == 2 && patch->grid->round;
-  const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
+  const PetscReal one   = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
     if (parts & MPM_P2G_NODES)
-      MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][2][0](o, s, patch->n, patch->motion,
-                                                                                         v, NULL);
+      MPM_LANES_NAME(MPMInterpolateBlock)
+      [dim - 1][MPMBasisNodes(patch->basis) - 2][2][0](o, s, patch->n, patch->motion, v, NULL);
     else
       MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
     if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->particles.C, o, C);
@@ -95,8 +95,8 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 
 /* The innermost loops, transfer_sums.c, for a block: sums over the particles of a cell for its nodes. place[c] is where
    the sums of the tile have the base node of the block's cell c. The sums of the first cell begin at `from` if it began
-   in the block before, else from is NULL; those of the last one go to `to` if it continues in the next block, else to is
-   NULL. Both are [nodes of a stencil]. */
+   in the block before, else from is NULL; those of the last one go to `to` if it continues in the next block, else to
+   is NULL. Both are [nodes of a stencil]. */
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
                              const MPMRecord *from, MPMRecord *to);
 /* [dim-1][nodes per axis - 2][forces: 0 none, 1 stress, 2 stress and loads][affine] */
@@ -135,8 +135,8 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
   }
 }
 
-/* Sums the lines besides the first one for a block whose stencils and places are staged; begun [lines] and cut are as in
-   MPMP2G. A run that sums none of them does not come here. */
+/* Sums the lines besides the first one for a block whose stencils and places are staged; begun [lines] and cut are as
+   in MPMP2G. A run that sums none of them does not come here. */
 MPM_INLINE void MPMSumLines(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt parts,
                             const MPMBlockOrder *o, const MPMStencils *s, PetscReal *place[], PetscBool continues,
                             PetscBool cut, MPMRecord (*begun)[MPM_MAX_NODES])
@@ -169,13 +169,13 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMTiles    *t      = &patch->tiles;
   const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;
   const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
-  const PetscBool    more   = MPM_NODE_LINES > 1 && MPMNodeLines(parts) > 1 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool more = MPM_NODE_LINES > 1 && MPMNodeLines(parts) > 1 ? PETSC_TRUE : PETSC_FALSE;
   const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
-  const PetscInt    *cell   = patch->particles.cell;
+  const PetscInt *cell   = patch->particles.cell;
   PetscInt        closed = 0, blocks = 0; /* rows of tiles whose sums the nodes have; blocks so far */
-  PetscBool          cut = PETSC_FALSE;      /* the last cell of a block continues in the next one */
+  PetscBool       cut = PETSC_FALSE;      /* the last cell of a block continues in the next one */
   PetscReal      *place[MPM_STAGED];
-  MPMRecord          begun[MPM_NODE_LINES][MPM_MAX_NODES] __attribute__((aligned(64)));
+  MPMRecord       begun[MPM_NODE_LINES][MPM_MAX_NODES] __attribute__((aligned(64)));
   MPMBlockOrder   o;
   MPMStencils     s;
   MPMRecords      r;

@@ -13,21 +13,21 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 
 /* Constants of a step: all that kernels need of the scene. */
 typedef struct {
-  PetscReal              dt, kick; /* s; positions and states change over dt, velocities over `kick` (MPMKick) */
-  PetscReal              flip, gravity[3]; /* 1, m/s^2 */
-  PetscReal              strain;           /* share of the strain rate in the affine velocity, see MPMAffine */
-  PetscInt               order;            /* of xpic and afmpm, else 0 */
-  PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
-  PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
-  PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
-  PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
-  PetscReal              outward; /* of bodies of revolution: share of the strain rate in C, 0 without C */
-  PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
-  PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
-  PetscReal              lock_share; /* of the mean of a box that particles take; the rest is their own */
-  PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
-  const MPMKind         *kinds;
-  PetscInt               nkinds;
+  PetscReal      dt, kick;         /* s; positions and states change over dt, velocities over `kick` (MPMKick) */
+  PetscReal      flip, gravity[3]; /* 1, m/s^2 */
+  PetscReal      strain;           /* share of the strain rate in the affine velocity, see MPMAffine */
+  PetscInt       order;            /* of xpic and afmpm, else 0 */
+  PetscBool      own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
+  PetscInt       carried;          /* bits of the states of materials that are written besides those that a law has */
+  PetscInt       closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
+  PetscBool      deletes; /* particles that leave the grid are to be removed, which is no error */
+  PetscReal      outward; /* of bodies of revolution: share of the strain rate in C, 0 without C */
+  PetscReal      light;   /* share of mass below which nodes are light (light.h); 0: none are */
+  PetscReal      push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
+  PetscReal      lock_share; /* of the mean of a box that particles take; the rest is their own */
+  PetscInt       box;        /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
+  const MPMKind *kinds;
+  PetscInt       nkinds;
   const MPMMaterial     *materials;
   PetscInt               nmaterials;
   const struct MPMWalls *walls;
@@ -107,12 +107,12 @@ typedef struct {
   const PetscInt *order; /* [particles.n] particles by (cell, id) */
   PetscInt  *movers; /* [nmovers] entries q of the order that are movers, MPM_FLAGGED(q) for those that left; or NULL */
   PetscInt   nmovers;
-  MPMNode   *node;              /* [lines][n2][n1][n0] sums, complete for own nodes */
-  PetscReal *motion;            /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
-  MPMNodeValues value;          /* of own nodes */
-  PetscReal    *state; /* [n2][n1][n0][MPM_MOTION_NC] m, m/s: of own nodes in the total frame, displacement and velocity; or NULL */
-  MPMSpan      *span;           /* [n2][n1] */
-  PetscReal    *boxes;          /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
+  MPMNode   *node;     /* [lines][n2][n1][n0] sums, complete for own nodes */
+  PetscReal *motion;   /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
+  MPMNodeValues value; /* of own nodes */
+  PetscReal    *state; /* the same of own nodes in the total frame: displacement, m, and velocity, m/s; or NULL */
+  MPMSpan      *span;  /* [n2][n1] */
+  PetscReal    *boxes; /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
   void (*meanwhile)(void *ctx); /* called after every few blocks of P2G, so that messages progress; or NULL */
   void *ctx;
   void *memory; /* the allocation of node, span and value, where the patch owns them */

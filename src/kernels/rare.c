@@ -15,8 +15,7 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
     for (PetscInt d = 0; d < dim; d++) x[d] = s->x[d][l];
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
     if (has_F) J = MPMDet((int)dim, F) * (patch->grid->round ? b->F33[0][l] : 1);
-    if (!(J > 0 && J < PETSC_MAX_REAL))
-      MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim, x, J);
+    if (!(J > 0 && J < PETSC_MAX_REAL)) MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim, x, J);
   }
 }
 
@@ -63,7 +62,8 @@ static PetscBool PutBack(PetscInt dim, const MPMGrid *grid, PetscInt closed, Pet
   PetscBool back = PETSC_FALSE;
 
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    const PetscReal face = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], by = k % 2 ? x[k / 2] - face : face - x[k / 2];
+    const PetscReal face = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2],
+                    by   = k % 2 ? x[k / 2] - face : face - x[k / 2];
 
     if (!(closed & (PetscInt)1 << k) || !(by > 0 && by < BEYOND * grid->h[k / 2])) continue;
     x[k / 2] = face;
@@ -73,8 +73,8 @@ static PetscBool PutBack(PetscInt dim, const MPMGrid *grid, PetscInt closed, Pet
 }
 
 /* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
-   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
-   movers and leavers. dim and basis are constants. */
+   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch.
+   Counts movers and leavers. dim and basis are constants. */
 MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n,
                           const PetscInt *which, const PetscInt *order, const MPMStencils *s, MPMStatus *status)
 {

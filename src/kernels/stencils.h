@@ -20,8 +20,8 @@ MPM_INLINE void MPMStageKind(int dim, const MPMParams *par, const MPMKind *k, Pe
   }
 }
 
-/* Does so for the particles of a block. A lane whose particle in the block before was of the same kind has all that already,
-   so nothing is left to do for most blocks. */
+/* Does so for the particles of a block. A lane whose particle in the block before was of the same kind has all that
+   already, so nothing is left to do for most blocks. */
 MPM_INLINE void MPMStageKinds(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
                               MPMStencils *s)
 {
@@ -54,17 +54,17 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
   for (int d = 0; d < dim; d++) {
     const PetscReal far = PetscMax(PetscAbsReal(grid->lower[d]), PetscAbsReal(grid->upper[d]));
 
-    s->axis[d] = (MPMAxis){.lower   = grid->lower[d],
-                           .h       = grid->h[d],
-                           .inverse = 1 / grid->h[d],
-                           .cells   = grid->cells[d],
-                           .first   = patch->lo[d],
-                           .n       = patch->n[d],
-                           .reach   = MPMWallReach(patch->basis, grid->wall_basis[d]),
-                           .bases   = MPMBasisBasesOf(patch->basis, grid->cells[d], grid->periodic[d],
-                                                      grid->wall_basis[d]),
-                           .middle  = MPMBasisMiddle(patch->basis),
-                           .near    = 0.5 - 16 * PETSC_MACHINE_EPSILON * (far / grid->h[d] + grid->cells[d])};
+    s->axis[d] = (MPMAxis){
+        .lower   = grid->lower[d],
+        .h       = grid->h[d],
+        .inverse = 1 / grid->h[d],
+        .cells   = grid->cells[d],
+        .first   = patch->lo[d],
+        .n       = patch->n[d],
+        .reach   = MPMWallReach(patch->basis, grid->wall_basis[d]),
+        .bases   = MPMBasisBasesOf(patch->basis, grid->cells[d], grid->periodic[d], grid->wall_basis[d]),
+        .middle  = MPMBasisMiddle(patch->basis),
+        .near    = 0.5 - 16 * PETSC_MACHINE_EPSILON * (far / grid->h[d] + grid->cells[d])};
   }
 }
 
@@ -89,9 +89,9 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt lanes, MPMStencils *s)
 {
   const PetscBool round   = patch->grid->round && basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
-  const MPMAxis axes[3] = {s->axis[0], s->axis[1], s->axis[2]}; /* a copy, which no write changes */
-  MPMReal       least[3], most[3];                              /* of xi */
-  PetscBool     wall = PETSC_FALSE;
+  const MPMAxis   axes[3] = {s->axis[0], s->axis[1], s->axis[2]}; /* a copy, which no write changes */
+  MPMReal         least[3], most[3];                              /* of xi */
+  PetscBool       wall = PETSC_FALSE;
 
   for (int d = 0; d < dim; d++) least[d] = MPMAll(axes[d].cells), most[d] = MPMAll(0);
   for (PetscInt q = 0; q < lanes; q += MPM_WIDTH) {
@@ -101,7 +101,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
     for (int d = dim - 1; d >= 0; d--) {
       const MPMAxis *axis = &axes[d];
       MPMReal        l    = MPMRead(&s->l[d][q]), base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
-      MPMReal        xi = MPMDivide(MPMRead(&s->x[d][q]) - axis->lower, axis->h, axis->inverse);
+      MPMReal        xi   = MPMDivide(MPMRead(&s->x[d][q]) - axis->lower, axis->h, axis->inverse);
 
       xi    = MPMMin(MPMAll(axis->cells), xi); /* the quotient may round up */
       base  = MPMBasisBases(basis, &axis->bases, l, &xi);
@@ -198,7 +198,7 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
    law of the block has them: in a scene of fluids and solids most blocks have no use for the fields of the others.
    Returns the fields (bits) of these laws. */
 MPM_INLINE PetscInt MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt which,
-                               const MPMBlockOrder *o, const MPMStencils *s, MPMBlock *b)
+                                   const MPMBlockOrder *o, const MPMStencils *s, MPMBlock *b)
 {
   PetscInt state = 0;
 

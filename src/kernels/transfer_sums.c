@@ -87,8 +87,8 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int load, int motion, 
   }
 }
 
-/* Adds the two parts of the forces of a node's sums in 2-D, numbers 6 and 7 to 4 and 5; `lower` are these where they are
-   another vector. */
+/* Adds the two parts of the forces of a node's sums in 2-D, numbers 6 and 7 to 4 and 5; `lower` are these where they
+   are another vector. */
 MPM_INLINE MPMReal MPMFold(MPMReal sum, MPMReal lower)
 {
 #if MPM_WIDTH == 8
@@ -103,8 +103,8 @@ MPM_INLINE MPMReal MPMFold(MPMReal sum, MPMReal lower)
 }
 
 /* Adds particles first .. last-1 of a block to the sums of their cell, which begin at 0 or, where the cell began in an
-   earlier block, at `from`. They are added to those of the nodes in the tile, at `place`, or written to `to` if the cell
-   may go on in the next block. all: all numbers are summed, by phi, as those of mass and momentum. */
+   earlier block, at `from`. They are added to those of the nodes in the tile, at `place`, or written to `to` if the
+   cell may go on in the next block. all: all numbers are summed, by phi, as those of mass and momentum. */
 MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, int all, const MPMStencils *s, const MPMRecords *r,
                            PetscInt first, PetscInt last, const MPMRecord *from, PetscReal *place, MPMRecord *to)
 {

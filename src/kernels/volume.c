@@ -2,14 +2,14 @@
    overview. Like the transfers it is compiled once for each number of lanes. */
 #include "kernels/volume.h"
 
-#define OPEN      0.01     /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
+#define OPEN      0.01 /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
 #define LOOSE     0.05
-#define CLOSED    0.005    /* largest volume strain of the particles that are in the mean */
-#define APART     0.8      /* density below which a particle has come apart */
-#define STEEP     0.05     /* slope of the density, a cell, that is not taken for a surface */
-#define SHALLOW   1.5      /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
-#define UNSURE    0.004    /* error of the density without a slope */
-#define LEAST     -0.1     /* the largest differences from what the density tells that count */
+#define CLOSED    0.005 /* largest volume strain of the particles that are in the mean */
+#define APART     0.8   /* density below which a particle has come apart */
+#define STEEP     0.05  /* slope of the density, a cell, that is not taken for a surface */
+#define SHALLOW   1.5 /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
+#define UNSURE    0.004 /* error of the density without a slope */
+#define LEAST     -0.1  /* the largest differences from what the density tells that count */
 #define MOST      0.02
 #define MOST_SAND 0.25     /* of sand */
 #define STILL     0.05     /* noise of the pressure that is left, of rho g h, so that what rests stays at rest */

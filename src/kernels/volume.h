@@ -1,8 +1,8 @@
 /* volume.h - the relaxation of volumes (-material_<m>_relaxation), of fluids, and of sand where some is open. The grid
    sees of J only means over a cell or two: what differs between neighbours gets no force and is never removed, and
-   nothing else ties J to the distances of particles. So from time to time, before a step, particles take the mean volume
-   that the grid sees, and a part of its difference from what the density of the grid tells. docs/method.md has the
-   formulas, step/volume.c the times.
+   nothing else ties J to the distances of particles. So from time to time, before a step, particles take the mean
+   volume that the grid sees, and a part of its difference from what the density of the grid tells. docs/method.md has
+   the formulas, step/volume.c the times.
 
    A node sums, in the place of mass and momentum: the volume of matter, of what relaxes V0, since its J is what is
    sought; V0/K of what relaxes; V0/K times J p, of sand -K times its volume strain, which is carried from particle to

@@ -152,7 +152,9 @@ static void CheckIncluded(const File *f, const char path[], int nesting, char er
   if (strncmp(error, path, n) || strncmp(error + n, ": ", 2)) return;
   (void)snprintf(text, sizeof text, "%.1500s", error);
   (void)snprintf(error, len, "%.500s:%d: -options_file %s%s", f->path, f->line, text,
-                 path[0] != '/' && strstr(text, strerror(ENOENT)) ? "; this path starts at the folder in which the program was started" : "");
+                 path[0] != '/' && strstr(text, strerror(ENOENT))
+                     ? "; this path starts at the folder in which the program was started"
+                     : "");
 }
 
 /* Checks one line of an options file, which is `length` characters long. */

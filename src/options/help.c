@@ -173,8 +173,8 @@ PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscB
 {
   char        list[MPM_TEXT_LEN / 4] = "", close[MPM_TEXT_LEN / 4] = "";
   char        joined[MPM_TEXT_LEN / 4] = "";
-  const char *instead = NULL;
-  size_t      each    = n > 1, found;
+  const char *instead                  = NULL;
+  size_t      each                     = n > 1, found;
 
   fault[0] = 0;
   if (n == 0 && print)
@@ -187,7 +187,8 @@ PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscB
         "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
   for (int w = 0; w < n; w++)
     (void)snprintf(joined + strlen(joined), sizeof joined - strlen(joined), "%s%.100s", w ? "_" : "", words[w]);
-  if (!strcasecmp(joined, "words")) return MPMOptionsPrintWords(table, NULL, PETSC_FALSE, print) ? PETSC_TRUE : PETSC_FALSE;
+  if (!strcasecmp(joined, "words"))
+    return MPMOptionsPrintWords(table, NULL, PETSC_FALSE, print) ? PETSC_TRUE : PETSC_FALSE;
   found = PrintLines(table, n, words, print);
   if (n) found += MPMOptionsPrintWords(table, joined, found ? PETSC_TRUE : PETSC_FALSE, print);
   if (found) return PETSC_TRUE;

@@ -1,5 +1,5 @@
-/* numbers.c - numbers and lists of numbers in the values of options, by their rows of the vocabulary, and what is said of
-   those that are none: frequent slips have a remedy of their own. */
+/* numbers.c - numbers and lists of numbers in the values of options, by their rows of the vocabulary, and what is said
+   of those that are none: frequent slips have a remedy of their own. */
 #include <ctype.h>
 #include "options/reader.h"
 

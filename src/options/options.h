@@ -22,9 +22,9 @@ typedef enum {
   MPM_MOVED
 } MPMOptionType;
 
-/* A row of the vocabulary: the name of an option, with <m>, <b>, <l>, <c>, <p> or <f> for a material, body, load, contact, probe or face; its
-   type; the values that are allowed; unit; default; meaning. A row without a name is the title of a group, which is in
-   `help`. */
+/* A row of the vocabulary: the name of an option, with <m>, <b>, <l>, <c>, <p> or <f> for a material, body, load,
+   contact, probe or face; its type; the values that are allowed; unit; default; meaning. A row without a name is the
+   title of a group, which is in `help`. */
 typedef struct {
   const char   *name;
   MPMOptionType type;
@@ -41,11 +41,12 @@ typedef struct {
   size_t              n;
   const MPMOptionRow *row;
   const char (*faces)[MPM_NAME_LEN]; /* [2 dim] names of the faces of a grid */
-  size_t naliases;                   /* words of other programs, separated by blanks, for an option, or for its end after a "_": */
-  const char *const (*aliases)[2];   /* [naliases] the words, and what they stand for */
+  /* Words of other programs, separated by blanks, for an option, or for its end after a "_", and what they stand for. */
+  size_t naliases;
+  const char *const (*aliases)[2]; /* [naliases] */
   size_t                nchoices, nforeign;
-  const MPMOptionValue *choices,
-      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] words of other programs, separated by blanks; row "": in names too */
+  const MPMOptionValue *choices; /* [nchoices] values of models, shapes, types */
+  const MPMOptionValue *foreign; /* [nforeign] words of other programs, separated by blanks; row "": in names too */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;
@@ -58,26 +59,27 @@ PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* an error of any becomes
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 void           MPMOptionsDeclareOthers(MPMOptions, PetscInt np, char (*probes)[MPM_NAME_LEN], PetscInt nc,
-                                       char (*contacts)[MPM_NAME_LEN]); /* before the others */
+                                       char (*contacts)[MPM_NAME_LEN]);                        /* before the others */
 void           MPMOptionsDeclareStages(MPMOptions, PetscInt ns, char (*stages)[MPM_NAME_LEN]); /* likewise */
 
-/* Returns the number of the stage among `names` [n] that an option, without its dash, is of, and sets *option to what it
-   sets for it, in `given` itself; or returns -1 (stages.c). Not collective. */
+/* Returns the number of the stage among `names` [n] that an option, without its dash, is of, and sets *option to what
+   it sets for it, in `given` itself; or returns -1 (stages.c). Not collective. */
 PetscInt MPMStageOf(PetscInt n, char (*names)[MPM_NAME_LEN], const char given[], const char **option);
 
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
 
-/* Fails if the option is given with another value than `neutral` (NULL: with any): it does not apply with `by`, and why. */
+/* Fails if the option is given with another value than `neutral` (NULL: with any): it does not apply with `by`, and
+   why. */
 PetscErrorCode MPMOptionsRefuse(MPMOptions, const char name[], const char *neutral, const char by[], const char why[]);
 
 /* Returns whether an option, without its dash, is one of PETSc's solvers. Not collective. */
-PetscBool MPMOptionsIsOfSolver(const char name[]);
-PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */
+PetscBool           MPMOptionsIsOfSolver(const char name[]);
+PetscErrorCode      MPMOptionsFinish(MPMOptions); /* refuses options that this scene never asked for */
 const MPMOptionRow *MPMOptionsRow(MPMOptions,
                                   const char name[]);      /* of an option of the program, or NULL: it is PETSc's */
-PetscBool      MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
-void           MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */
+PetscBool           MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
+void                MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */
 
 /* Readers: `row` is a name of the vocabulary, `name` the material, body, load or face that it is for, or NULL. *set, if
    not NULL, tells whether the option was given. If it was not, the value becomes the default of the row, or stays as

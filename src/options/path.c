@@ -3,8 +3,8 @@
 #include <unistd.h>
 #include "options/reader.h"
 
-/* The options that are paths, or formulas with paths, and what they are with the whole path, so that a run can be repeated
-   from any folder. */
+/* The options that are paths, or formulas with paths, and what they are with the whole path, so that a run can be
+   repeated from any folder. */
 static struct {
   char name[MPM_FULL_LEN], text[MPM_TEXT_LEN], whole[MPM_TEXT_LEN];
 } * whole;

@@ -1,5 +1,5 @@
-/* saved.c - the options of a run as a text, which output files carry: an options file, a line each. From it a run can be
-   repeated, and two runs can be compared. */
+/* saved.c - the options of a run as a text, which output files carry: an options file, a line each. From it a run can
+   be repeated, and two runs can be compared. */
 #include <petscviewer.h>
 #include <strings.h>
 #include "options/reader.h"
@@ -22,7 +22,7 @@ static void CutSource(char line[])
 /* Options that have another value for a while, as in a stage of a run, and what was given: NULL: nothing. */
 static struct {
   char *name, *was;
-} *over;
+} * over;
 static size_t nover;
 
 static PetscBool IsOver(const char name[])
@@ -71,8 +71,8 @@ PetscErrorCode MPMOptionsOverlayEnd(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns all options as given, as the text of an options file; the caller frees it. Paths of files that a scene is made
-   from are whole, so that the run can be repeated from any folder. Not collective. */
+/* Returns all options as given, as the text of an options file; the caller frees it. Paths of files that a scene is
+   made from are whole, so that the run can be repeated from any folder. Not collective. */
 PetscErrorCode MPMOptionsText(char **text)
 {
   char       *view = NULL, *save = NULL, *told = NULL;
@@ -104,8 +104,11 @@ PetscErrorCode MPMOptionsText(char **text)
   }
   for (size_t k = 0; k < nover; k++)
     if (over[k].was)
-      (void)fprintf(out, strchr(over[k].was, ' ') ? "%s \"%s\"\n" : over[k].was[0] ? "%s %s\n" : "%s%s\n", over[k].name,
-                    over[k].was);
+      (void)fprintf(out,
+                    strchr(over[k].was, ' ') ? "%s \"%s\"\n"
+                    : over[k].was[0]         ? "%s %s\n"
+                                             : "%s%s\n",
+                    over[k].name, over[k].was);
   (void)fclose(out);
   free(view);
   PetscCall(PetscStrallocpy(told, text));

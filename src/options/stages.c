@@ -38,12 +38,14 @@ PetscBool MPMOptionsRefuseOfStage(MPMOptions o, const char given[], const char n
   const int   head = of ? (int)(of - given) : 0;
 
   if (of && nearest[0])
-    MPMOptionsFail(o, "-%.*s is not an option of this scene; did you mean -%.*s%s ?", MPM_FULL_LEN, given, head, given, nearest);
+    MPMOptionsFail(o, "-%.*s is not an option of this scene; did you mean -%.*s%s ?", MPM_FULL_LEN, given, head, given,
+                   nearest);
   else if (of)
-    MPMOptionsFail(o, "-%.*s is not an option of this scene; a stage takes options that may change, such as -%.*sgravity",
+    MPMOptionsFail(o,
+                   "-%.*s is not an option of this scene; a stage takes options that may change, such as -%.*sgravity",
                    MPM_FULL_LEN, given, head, given);
   else if (o->nb && !strncasecmp(given, "stage_", 6))
-    MPMOptionsFail(o, "-%.*s is not an option of this scene: -stages declares the names of stages%s", MPM_FULL_LEN, given,
-                   o->ns ? ", and this one is not among them" : "");
+    MPMOptionsFail(o, "-%.*s is not an option of this scene: -stages declares the names of stages%s", MPM_FULL_LEN,
+                   given, o->ns ? ", and this one is not among them" : "");
   return of || (o->nb && !strncasecmp(given, "stage_", 6)) ? PETSC_TRUE : PETSC_FALSE;
 }

@@ -1,6 +1,6 @@
-/* time_tables.c - tables over time in formulas: table(file.csv) is the value at the time t of a CSV file with two columns, t
-   and value. Between two lines it is linear, before the first and after the last it is the value there. Every process reads
-   the file. */
+/* time_tables.c - tables over time in formulas: table(file.csv) is the value at the time t of a CSV file with two
+   columns, t and value. Between two lines it is linear, before the first and after the last it is the value there.
+   Every process reads the file. */
 #include <errno.h>
 #include "options/time_tables.h"
 
@@ -65,8 +65,8 @@ static PetscErrorCode Read(const char path[], MPMTable *table, char error[], siz
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMTablesRead(const char full[], const char text[], char plain[MPM_TEXT_LEN], PetscInt *n, MPMTable **tables,
-                             char error[], size_t len)
+PetscErrorCode MPMTablesRead(const char full[], const char text[], char plain[MPM_TEXT_LEN], PetscInt *n,
+                             MPMTable **tables, char error[], size_t len)
 {
   char        whole[MPM_TEXT_LEN] = "";
   const char *at                  = text, *word;

@@ -1,6 +1,6 @@
-/* yaml.c - goes through a YAML file before PETSc reads it, for names that are given twice with different values, of which
-   PETSc would take the last. It knows what scenes are made of: nested names, in lines or in {}, with numbers, words and
-   lists. What it does not know it passes over. Nothing here may call PETSc. */
+/* yaml.c - goes through a YAML file before PETSc reads it, for names that are given twice with different values, of
+   which PETSc would take the last. It knows what scenes are made of: nested names, in lines or in {}, with numbers,
+   words and lists. What it does not know it passes over. Nothing here may call PETSc. */
 #include <ctype.h>
 #include "options/reader.h"
 

@@ -27,15 +27,16 @@ struct MPMStatic; /* step/static.h */
 struct _MPMPhase {
   const char  *name;
   MPMPhaseKind kind;
-  PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
+  PetscInt     parts; /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, const MPMPatch *, const MPMNodes *); /* MPM_NODES: updates one row of nodes */
-  PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
-  PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows for own nodes, collective on exchange.data; or NULL */
-  PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
-  PetscBool light;                       /* MPM_NODES: others carry the light nodes (kernels/light.h) */
-  PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
-  PetscReal share;                       /* of the step over which a transfer to particles works */
-  PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
+  PetscInt flops;                                                       /* MPM_NODES: operations per node and axis */
+  PetscErrorCode (*after)(MPMCore *,
+                          const MPMPhase *); /* MPM_NODES: what follows; collective on exchange.data; or NULL */
+  PetscInt  motion;                          /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
+  PetscBool light;                           /* MPM_NODES: others carry the light nodes (kernels/light.h) */
+  PetscInt  particles_in, particles_out;     /* bits of the fields that it reads, writes */
+  PetscReal share;                           /* of the step over which a transfer to particles works */
+  PetscInt  timer;                           /* number of its timer, set by MPMStepSetUp */
 };
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
@@ -55,8 +56,8 @@ typedef struct {
   PetscErrorCode (*reduce)(MPMCore *, MPMStatus *);     /* merges the status of all: the only reduction of a step */
   /* Sends each particle to the process that owns its cell, and sorts them. anew: no cell is known yet. */
   PetscErrorCode (*settle)(MPMCore *, PetscBool anew);
-  /* Makes DMs and patch anew for other nodes of the grid, and sends each particle to the process that owns its new cell;
-     then particles have to be settled anew. */
+  /* Makes DMs and patch anew for other nodes of the grid, and sends each particle to the process that owns its new
+     cell; then particles have to be settled anew. */
   PetscErrorCode (*renew)(MPMCore *);
   PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
@@ -72,19 +73,19 @@ typedef struct {
   MPMLight               light;
   PetscSF                around;                   /* brings numbers of nodes to all ghosts; NULL: there are none */
   MPI_Datatype           record_type, motion_type; /* the sums of a node, its motion */
-  char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
+  char                  *boxes;                    /* memory for the sums of F-bar, of a worker of the pool too */
   size_t                 boxes_room;
-  DM                     da;         /* the nodes of the grid, with their motion */
-  DM                     sums[MPM_NODE_LINES]; /* the same nodes, with the lines of their sums */
-  Vec                    motion;     /* the local vector whose array patch.motion is */
-  Vec                    state;      /* of the total frame, the one of patch.state; else NULL */
+  DM                     da;                        /* the nodes of the grid, with their motion */
+  DM                     sums[MPM_NODE_LINES];      /* the same nodes, with the lines of their sums */
+  Vec                    motion;                    /* the local vector whose array patch.motion is */
+  Vec                    state;                     /* of the total frame, the one of patch.state; else NULL */
   Vec                    node_sums[MPM_NODE_LINES]; /* local vectors, whose arrays follow each other in patch.node */
-  MPMBalance             balance;    /* -parallel_balance */
-  PetscBool              direct;     /* -parallel_migrate direct */
-  PetscBool              roundoff;   /* -parallel_sums roundoff */
-  PetscBool              ready;      /* has setup been called? */
-  PetscInt               pool_cells; /* -pool_cells, as whole tiles */
-  void                  *pool;       /* data of the pool; its master uses the rest as a run on one process does */
+  MPMBalance             balance;                   /* -parallel_balance */
+  PetscBool              direct;                    /* -parallel_migrate direct */
+  PetscBool              roundoff;                  /* -parallel_sums roundoff */
+  PetscBool              ready;                     /* has setup been called? */
+  PetscInt               pool_cells;                /* -pool_cells, as whole tiles */
+  void                  *pool; /* data of the pool; its master uses the rest as a run on one process does */
   MPMPartition           partition;
   PetscInt               recuts;     /* how often the grid was cut anew */
   PetscInt               migrations; /* steps in which particles changed process */
@@ -103,12 +104,12 @@ enum {
   MPM_ENERGY_friction, /* work of friction at walls and rigid bodies, and between bodies, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
-  MPM_ENERGY_volumes,  /* change of the stored energy by the relaxation of volumes, and what pushes fluids out of bodies */
+  MPM_ENERGY_volumes,  /* change of the stored energy where volumes are relaxed and fluids pushed out of bodies */
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };
-/* The mean velocity along which the acceleration of a node does its work in a step: v' - kick/2 a of the node; with musl
-   the mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it
+/* The mean velocity along which the acceleration of a node does its work in a step: v' - kick/2 a of the node; with
+   musl the mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it
    moves. */
 typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
 typedef struct {
@@ -133,7 +134,7 @@ typedef struct {
   PetscBool kinetic; /* -damping_kinetic */
   PetscReal last;    /* of kinetic: the kinetic energy after the last step, J */
   PetscInt  stops;   /* how often velocities were set to 0 */
-  PetscBool rest;    /* they were in the last step, so that they are those of the time of positions, and the next kick is half */
+  PetscBool rest; /* they were in the last step: they are those of the time of positions, and the next kick is half */
 } MPMDamping;
 
 /* The relaxation of volumes (step/volume.c). */
@@ -155,17 +156,18 @@ typedef struct {
   PetscInt   room;   /* numbers in it */
 } MPMReactions;
 
-/* How far the matter is from the walls that act on arrival (step/gaps.c), for the nodes of each such face, from `first` on.
-   gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a piston
-   the gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far
-   what a piston can pull is from each node, m. */
+/* How far the matter is from the walls that act on arrival (step/gaps.c), for the nodes of each such face, from `first`
+   on. gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a
+   piston the gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these
+   how far what a piston can pull is from each node, m. */
 typedef struct {
   PetscInt   faces, first[6], n; /* bits of the faces, 2 axis + side; nodes of all of them */
   PetscReal *gap, *least;        /* [2 n] */
 } MPMGaps;
 
-/* What pistons do to the nodes beside their planes (step/pistons.c), for the columns of nodes along their normal. weight,
-   held, relative: of the columns of all faces, numbered as the nodes of MPMGaps. sum, share, impulse: of the columns of one. */
+/* What pistons do to the nodes beside their planes (step/pistons.c), for the columns of nodes along their normal.
+   weight, held, relative: of the columns of all faces, numbered as the nodes of MPMGaps. sum, share, impulse: of the
+   columns of one. */
 typedef struct {
   PetscInt64 *weight;   /* [n][MPM_MAX_STENCIL] of its nodes at the end of its matter, in units */
   PetscBool  *held;     /* [n] does the piston give its end a velocity in this step? */
@@ -175,8 +177,8 @@ typedef struct {
   PetscReal  *impulse;  /* [columns] kg m/s */
 } MPMPistons;
 
-/* Where a free rigid body stands on the wall of a face, 2 axis + side (step/rigid.c): the place, m; the least velocity away
-   from the wall, below 0: approach, m/s; the impulses along the normal and across it, N s. */
+/* Where a free rigid body stands on the wall of a face, 2 axis + side (step/rigid.c): the place, m; the least velocity
+   away from the wall, below 0: approach, m/s; the impulses along the normal and across it, N s. */
 typedef struct {
   PetscInt  body, face;
   PetscReal at[3], least, press, brake[3];
@@ -185,15 +187,15 @@ typedef struct {
 /* Rigid bodies. */
 typedef struct {
   PetscInt         n;
-  MPMRigid        *body;       /* [n] */
-  PetscReal       *numbers;    /* [n][MPM_RIGID_NUMBERS] */
-  PetscReal        since;      /* core->kicked at the last line of the history, s */
+  MPMRigid        *body;         /* [n] */
+  PetscReal       *numbers;      /* [n][MPM_RIGID_NUMBERS] */
+  PetscReal        since;        /* core->kicked at the last line of the history, s */
   PetscBool        driven, free; /* does any move by formulas? freely? */
-  PetscReal        meet;         /* s: when two that move by formulas, or one and a fixed one, pass through each other; */
-  PetscInt         meets[2];     /* which */
-  PetscBool        thin;         /* it has been said that one has matter on both sides that shares nodes */
-  PetscReal        energy[3];    /* work on free ones since the start by gravity, walls at rest and those that move, J */
-  PetscReal        loads;        /* and by body forces, J */
+  PetscReal        meet;      /* s: when two that move by formulas, or one and a fixed one, pass through each other; */
+  PetscInt         meets[2];  /* which */
+  PetscBool        thin;      /* it has been said that one has matter on both sides that shares nodes */
+  PetscReal        energy[3]; /* work on free ones since the start by gravity, walls at rest and those that move, J */
+  PetscReal        loads;     /* and by body forces, J */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;
@@ -201,39 +203,39 @@ typedef struct {
 #define MPM_NUM_LOST 11 /* components of the rows LOST of results/diagnostics.def */
 
 struct _MPMCore {
-  MPI_Comm        comm;
-  MPMPrinter      print;
-  MPMGrid         grid;
-  MPMBasis        basis;
-  MPMNeeds        needs;
-  MPMParams       params;
-  MPMPhase        phases[MPM_MAX_PHASES]; /* [nphases] the table of phases as this scene needs it */
-  PetscInt        nphases;
-  const MPMPhase *program[MPM_MAX_PROGRAM]; /* [nprogram] the phases of a step, one after the other */
-  PetscInt        nprogram, nrare; /* nrare: after these, phases that only some steps make, before the others */
-  MPMExchange     exchange;
-  MPMParticles    particles;
-  MPMStatus       status; /* of the last step */
-  MPMTimers       timers;
-  MPMEnergy       energy;
-  MPMDamping      damping;
-  MPMRest         rest;
-  MPMChanges      changes;
-  MPMStages       stages;
-  MPMGaps        *gaps;               /* or NULL: no wall only pushes */
-  MPMPistons     *pistons;            /* or NULL: there is none */
-  MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */
-  MPMRigids       rigids;
-  MPMVolumes      volumes;
-  MPMReactions   *reactions;          /* or NULL: the history asks for none */
-  MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
-  struct MPMStatic *implicit; /* or NULL: steps are explicit */
-  PetscReal      *before;    /* of the total frame, if energy or walls are followed: patch.state before the nodes move */
-  PetscReal       half;      /* of the total frame: work of gravity in the first step, whose kick is half, see MPMTotalHalf, J */
-  PetscReal       passed[6]; /* of the total frame: how far the wall of each face has moved along its axis, m */
-  PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */
-  PetscInt        step;
-  char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */
+  MPI_Comm          comm;
+  MPMPrinter        print;
+  MPMGrid           grid;
+  MPMBasis          basis;
+  MPMNeeds          needs;
+  MPMParams         params;
+  MPMPhase          phases[MPM_MAX_PHASES]; /* [nphases] the table of phases as this scene needs it */
+  PetscInt          nphases;
+  const MPMPhase   *program[MPM_MAX_PROGRAM]; /* [nprogram] the phases of a step, one after the other */
+  PetscInt          nprogram, nrare; /* nrare: after these, phases that only some steps make, before the others */
+  MPMExchange       exchange;
+  MPMParticles      particles;
+  MPMStatus         status; /* of the last step */
+  MPMTimers         timers;
+  MPMEnergy         energy;
+  MPMDamping        damping;
+  MPMRest           rest;
+  MPMChanges        changes;
+  MPMStages         stages;
+  MPMGaps          *gaps;     /* or NULL: no wall only pushes */
+  MPMPistons       *pistons;  /* or NULL: there is none */
+  MPMContacts      *contacts; /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */
+  MPMRigids         rigids;
+  MPMVolumes        volumes;
+  MPMReactions     *reactions;          /* or NULL: the history asks for none */
+  MPMSum            lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
+  struct MPMStatic *implicit;           /* or NULL: steps are explicit */
+  PetscReal        *before;    /* of the total frame, if energy or walls are followed: patch.state before nodes move */
+  PetscReal         half;      /* of the total frame: work of gravity in the first step, whose kick is half, J */
+  PetscReal         passed[6]; /* of the total frame: how far the wall of each face has moved along its axis, m */
+  PetscReal         t, kicked; /* s; s, the sum of params.kick: velocities have changed over this time */
+  PetscInt          step;
+  char              stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */
 };
 
 #endif

@@ -32,8 +32,8 @@ PetscErrorCode MPMExchangeNodes(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeOpen(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPMCore *, const MPMPhase *);
 
-/* Sends particles, whose cells are not known, to the processes that own them, before they are settled for the first time;
-   where all are on one process, there is nothing to do. Collective on exchange.data. */
+/* Sends particles, whose cells are not known, to the processes that own them, before they are settled for the first
+   time; where all are on one process, there is nothing to do. Collective on exchange.data. */
 PetscErrorCode MPMExchangeDistribute(MPMCore *);
 
 /* Adds the particles of a view, which has x, kind and l as far as there are such fields, to a histogram. Not
@@ -54,8 +54,8 @@ PetscErrorCode MPMExchangeRemove(MPMCore *, PetscInt64 *ids);
    tiles of the pass. Merges what it finds into the status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 
-/* Counts the patches of so many cells an edge, whole tiles, that have particles here: what the master of a pool can hand
-   out (pool.c). The particles have to be settled. Not collective. */
+/* Counts the patches of so many cells an edge, whole tiles, that have particles here: what the master of a pool can
+   hand out (pool.c). The particles have to be settled. Not collective. */
 PetscErrorCode MPMPoolPatches(const MPMCore *, PetscInt cells, PetscInt *n);
 
 /* Start and stop the timer of a phase, and count its operations and bytes. n: particles that it worked on here. Not

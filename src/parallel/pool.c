@@ -102,17 +102,17 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   JobMemory        *slot     = &pool->jobs[place];
   MPMPatch          patch;
   const MPMParams  *par = &core->params;
-  MPMJob            job = {.phase = (PetscInt)(phase - core->phases),
-                           .n     = c->n,
-                           .dt    = par->dt,
-                           .kick  = par->kick,
-                           .flip  = par->flip,
-                           .push  = par->push,
+  MPMJob            job = {.phase  = (PetscInt)(phase - core->phases),
+                           .n      = c->n,
+                           .dt     = par->dt,
+                           .kick   = par->kick,
+                           .flip   = par->flip,
+                           .push   = par->push,
                            .places = core->grid.places};
-  void       *at[MPM_NUM_FIELDS];
-  size_t      answer, row;
-  PetscMPIInt len;
-  char       *m;
+  void             *at[MPM_NUM_FIELDS];
+  size_t            answer, row;
+  PetscMPIInt       len;
+  char             *m;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(&core->timers);
@@ -244,9 +244,9 @@ static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
 /* Makes the patches of the master's tiles. */
 static PetscErrorCode MakePatches(MPMCore *core, Pool *pool)
 {
-  const MPMPatch *all = &core->exchange.patch;
+  const MPMPatch *all  = &core->exchange.patch;
   const PetscInt  tile = MPMTileEdge(core->basis), edge = core->exchange.pool_cells / tile;
-  PetscInt        n[3], total = 1;
+  PetscInt        n[3], total                           = 1;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) {

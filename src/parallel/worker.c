@@ -54,9 +54,9 @@ char *MPMPoolPack(const MPMParticles *particles, PetscInt fields, void *const at
 /* A worker's memory, which is used again for each job. */
 typedef struct {
   MPMPatch  patch;
-  void     *field[MPM_NUM_FIELDS];                     /* [capacity][components] of the particles */
-  PetscInt *identity, capacity;                        /* [capacity] 0, 1, 2, ... */
-  MPMRange  all;                                       /* the run of all particles */
+  void     *field[MPM_NUM_FIELDS];     /* [capacity][components] of the particles */
+  PetscInt *identity, capacity;        /* [capacity] 0, 1, 2, ... */
+  MPMRange  all;                       /* the run of all particles */
   char     *in, *out, *nodes, *motion; /* job, answer, sums of tiles, motion of nodes */
   size_t    in_capacity, out_capacity, nodes_capacity, motion_capacity; /* bytes */
 } Memory;

@@ -122,7 +122,7 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
       uint64_t word;                                                                                                   \
       memcpy(&word, (char *)view.name + (size_t)p * (size_t)particles->bytes[MPM_FIELD_INDEX_##name] + 8 * k,          \
              sizeof word);                                                                                             \
-      h = MPMMix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
+      h = MPMMix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                    \
     }
 #include "physics/fields.def"
 #undef MPM_FIELD

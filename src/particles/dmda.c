@@ -2,8 +2,8 @@
    motion, and a compatible one whose unknowns are their sums. */
 #include "particles/box.h"
 
-/* Names the unknowns of a group from number `first` on: its name, that and an axis, or that and a number. Those that are
-   out of the DMDA's unknowns are passed over. */
+/* Names the unknowns of a group from number `first` on: its name, that and an axis, or that and a number. Those that
+   are out of the DMDA's unknowns are passed over. */
 static PetscErrorCode NameUnknowns(DM da, PetscInt first, const MPMNodeGroup *g)
 {
   const PetscInt most = g->components(3);

@@ -64,8 +64,8 @@ static PetscInt Turn(PetscInt n, const PetscInt order[])
 
 /* Puts the storage in the sequence of `order`, so that the row of entry q is q + turn, modulo n. With a turn of 0 all
    rows would move far where a process gets many particles, which come last in its storage, for the first of its cells.
-   It needs no copy of a field, which could take half of the memory of the particles. The cycles are listed in the memory
-   of `spare`. Not collective. */
+   It needs no copy of a field, which could take half of the memory of the particles. The cycles are listed in the
+   memory of `spare`. Not collective. */
 static PetscErrorCode Reorder(MPMParticles *particles)
 {
   const PetscInt n = particles->n, turn = Turn(n, particles->order);
@@ -247,8 +247,9 @@ PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 /* Computes the cells of all particles anew and makes the order. All must lie in cells of the patch. Not collective. */
 PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch, const MPMKind *kinds)
 {
-  const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMView        view;
+  const PetscInt d      = particles->dim,
+                 fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMView view;
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(particles, fields, &view));
@@ -256,8 +257,7 @@ PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch
     PetscInt base[3] = {0};
 
     view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, MPMKindOf(kinds, &view, p)->copy,
-                              MPMPlaces(patch->grid, &view) + p * d,
-                              MPMHalfWidths((int)d, kinds, &view, p), base);
+                              MPMPlaces(patch->grid, &view) + p * d, MPMHalfWidths((int)d, kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p],
                (double)view.x[p * d], (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));

@@ -1,8 +1,8 @@
 /* remove.c - particles that left the grid are taken out of the storage (-particles_leave delete). */
 #include "particles/particles.h"
 
-/* Removes the particles here that are outside the grid: the last ones take their places. Returns how many they were, and
-   their fingerprint (MPMParticlesFingerprint). The order has to be made anew. Not collective. */
+/* Removes the particles here that are outside the grid: the last ones take their places. Returns how many they were,
+   and their fingerprint (MPMParticlesFingerprint). The order has to be made anew. Not collective. */
 PetscErrorCode MPMParticlesRemove(MPMParticles *particles, PetscInt64 *n, PetscInt64 *ids)
 {
   PetscInt *place, left = 0, kept;

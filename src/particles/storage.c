@@ -80,7 +80,7 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
     particles->needed[f]  = present[f];
     particles->present[f] = present[f];
     if (needs->all && f != MPM_FIELD_INDEX_F33 && f != MPM_FIELD_INDEX_bar) particles->present[f] = PETSC_TRUE;
-    particles->bytes[f]   = Components(f, particles->dim) * (PetscInt)size;
+    particles->bytes[f] = Components(f, particles->dim) * (PetscInt)size;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,8 +125,8 @@ PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Asks for large pages for the fields and the orders of the particles. empty_spare: also gives the memory of the swarm's
-   spare places, which hold zeroes, back to the system until they are written to. Not collective. */
+/* Asks for large pages for the fields and the orders of the particles. empty_spare: also gives the memory of the
+   swarm's spare places, which hold zeroes, back to the system until they are written to. Not collective. */
 static PetscErrorCode SetPages(MPMParticles *particles, PetscBool empty_spare)
 {
   const size_t n = (size_t)particles->n, spare = (size_t)(particles->places - particles->n);
@@ -184,15 +184,15 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to four
-   migrations, since the swarm copies all fields to new memory when it has fewer than its buffer. The buffer is half of
-   them: if it were less, the swarm would give some back; it gives all back first where there are too many. It zeroes the
-   spare places whenever its size changes. Not collective. */
+/* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to
+   four migrations, since the swarm copies all fields to new memory when it has fewer than its buffer. The buffer is
+   half of them: if it were less, the swarm would give some back; it gives all back first where there are too many. It
+   zeroes the spare places whenever its size changes. Not collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
   PetscInt       spare, unused = particles->places - n;
-  PetscBool      moves, first = particles->places ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool      moves, first  = particles->places ? PETSC_FALSE : PETSC_TRUE;
 
   PetscFunctionBeginUser;
   PetscCall(Arrivals(particles, n, &spare));
@@ -284,8 +284,8 @@ PetscErrorCode MPMParticlesSave(MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Undoes a step that has not been settled: particles and order are where they were when MPMParticlesSave was called. Not
-   collective. */
+/* Undoes a step that has not been settled: particles and order are where they were when MPMParticlesSave was called.
+   Not collective. */
 PetscErrorCode MPMParticlesPutBack(MPMParticles *particles)
 {
   PetscFunctionBeginUser;

@@ -133,7 +133,7 @@ typedef struct {
    walls the stencil of a spline stays on the grid. On a periodic axis node -1 is node cells-1. */
 MPM_INLINE MPMBases MPMBasisBasesOf(MPMBasis basis, PetscInt cells, PetscBool periodic, MPMWallBasis wall)
 {
-  const PetscBool hats = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool hats   = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE ? PETSC_TRUE : PETSC_FALSE;
 
   return (MPMBases){.least = walled ? 0 : PETSC_MIN_REAL,

@@ -180,8 +180,8 @@ static PetscBool HasFaces(const MPMRegion *r)
   return r->surface || r->type == MPM_REGION_expression ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns whether what lies at the lower end of the grid along an axis, or at its upper end, is no surface of any shape: all
-   if walls are open, and the axis of bodies of revolution. */
+/* Returns whether what lies at the lower end of the grid along an axis, or at its upper end, is no surface of any
+   shape: all if walls are open, and the axis of bodies of revolution. */
 static PetscBool IsOpen(const MPMGrid *grid, PetscBool open, PetscInt d, PetscInt end)
 {
   return open || (grid->round && d + end == 0 && grid->lower[0] == 0) ? PETSC_TRUE : PETSC_FALSE;
@@ -275,8 +275,10 @@ PetscBool MPMRegionMakeDistance(MPMRegion *r, const MPMGrid *grid, PetscBool ope
     const PetscBool own = r->type == MPM_REGION_polygon && d < 2 ? PETSC_TRUE : PETSC_FALSE; /* bounds of its corners */
 
     h             = PetscMax(h, grid->h[d]);
-    r->open[0][d] = (IsOpen(grid, open, d, 0) || (endless && !own)) && r->lower[d] <= grid->lower[d] + TINY * grid->h[d];
-    r->open[1][d] = (IsOpen(grid, open, d, 1) || (endless && !own)) && r->upper[d] >= grid->upper[d] - TINY * grid->h[d];
+    r->open[0][d] = (IsOpen(grid, open, d, 0) || (endless && !own)) &&
+                    r->lower[d] <= grid->lower[d] + TINY * grid->h[d];
+    r->open[1][d] = (IsOpen(grid, open, d, 1) || (endless && !own)) &&
+                    r->upper[d] >= grid->upper[d] - TINY * grid->h[d];
   }
   reach     = (MPM_DISTANCE_REACH + BLUR) * h;
   r->margin = TINY * h;

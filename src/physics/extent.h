@@ -1,5 +1,5 @@
-/* extent.h - how far the matter of a particle reaches from its centre, for what has to know where a body ends: walls that
-   act on arrival (step/gaps.c). */
+/* extent.h - how far the matter of a particle reaches from its centre, for what has to know where a body ends: walls
+   that act on arrival (step/gaps.c). */
 #ifndef MPM_EXTENT_H
 #define MPM_EXTENT_H
 

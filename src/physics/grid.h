@@ -11,18 +11,19 @@ extern const char *const MPMBasisNames[]; /* [MPMBasis] */
 /* Node ijk is at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie beyond each face; on
    a periodic axis node `cells` is node 0 again.
 
-   Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, which have `places` one after
-   the other along axis `stack`, where node i of copy c has the number i + place[c] stride. Copies that are far from each
-   other share a place (step/contact_tiles.c), so there are as many places as are near each other. Numbers of nodes and of
-   cells are such ones, and MPMGridFold finds where one lies; the DMDA, its cuts, tiles and messages know nothing of copies. */
+   Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, which have `places` one
+   after the other along axis `stack`, where node i of copy c has the number i + place[c] stride. Copies that are far
+   from each other share a place (step/contact_tiles.c), so there are as many places as are near each other. Numbers of
+   nodes and of cells are such ones, and MPMGridFold finds where one lies; the DMDA, its cuts, tiles and messages know
+   nothing of copies. */
 typedef struct {
-  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
-  PetscInt     copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
-  PetscInt     places, place[MPM_MAX_COPIES];      /* places is 0 or 1 where all copies are at the same one */
-  PetscReal    lower[3], upper[3], h[3];           /* m */
-  PetscBool    periodic[3];
-  PetscBool    round;         /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
-  PetscBool    total; /* weights and cells are those of reference positions, field X (docs/method.md, The total frame) */
+  PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
+  PetscInt  copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
+  PetscInt  places, place[MPM_MAX_COPIES];      /* places is 0 or 1 where all copies are at the same one */
+  PetscReal lower[3], upper[3], h[3];           /* m */
+  PetscBool periodic[3];
+  PetscBool round; /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
+  PetscBool total; /* weights and cells are those of reference positions, field X (docs/method.md, The total frame) */
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 

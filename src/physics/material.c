@@ -21,8 +21,8 @@ const char *MPMMaterialSetUp(MPMMaterial *m)
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_STATE)
 #undef MPM_MATERIAL_STATE
   if (MPMListHas(m->type->state, "F|J")) m->state |= MPM_BIT(F);
-  m->lambda = m->E * m->nu / ((1 + m->nu) * (1 - 2 * m->nu));
-  m->mu     = m->E / (2 * (1 + m->nu));
+  m->lambda      = m->E * m->nu / ((1 + m->nu) * (1 - 2 * m->nu));
+  m->mu          = m->E / (2 * (1 + m->nu));
   m->diffusivity = 4. / 3 * m->viscosity / m->rho; /* a law with other viscosities sets its own */
   return m->type->law->setup ? m->type->law->setup(m) : NULL;
 }

@@ -83,15 +83,15 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
-  const MPMMaterialLaw  *asked;          /* the law that also sets the fields <name>? of its row; the set-up sets it */
-  MPMMaterialType        own;            /* its type, where output asks for such a field: with that law */
-  PetscBool              round;          /* of bodies of revolution? */
-  PetscBool              skew;           /* constants for which a law with MPM_SYMMETRIC has no symmetric tangent */
-  PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
-  PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
-  PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
-  PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
-  PetscReal              diffusivity; /* of velocities by stress that depends on their gradient, m^2/s: it bounds dt */
+  const MPMMaterialLaw  *asked;        /* the law that also sets the fields <name>? of its row; the set-up sets it */
+  MPMMaterialType        own;          /* its type, where output asks for such a field: with that law */
+  PetscBool              round;        /* of bodies of revolution? */
+  PetscBool              skew;         /* constants for which a law with MPM_SYMMETRIC has no symmetric tangent */
+  PetscInt               state;        /* bits of the fields of its type, less those that its constants do not need */
+  PetscReal              rho, E, nu;   /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
+  PetscReal              lambda, mu;   /* Lame's constants in Pa, set by MPMMaterialSetUp */
+  PetscReal              K, viscosity; /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
+  PetscReal              diffusivity;  /* of velocities by stress that depends on their gradient, m^2/s: it bounds dt */
   PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
   PetscReal              relaxation;     /* of a fluid, of sand: rate of the relaxation of volumes (kernels/volume.h) */
   PetscReal              follows; /* share of the mean that it takes at a time, at most 1; 0: it does not relax */
@@ -123,8 +123,8 @@ MPM_INLINE PetscReal MPMVolumeRatio(const MPMMaterial *m, PetscInt dim, const MP
 }
 #endif
 
-/* Sets Lame's constants from E and nu, the diffusivity from the viscosity, the law's own constants, and `state`. Returns what is wrong with the options, or
-   NULL. Not collective. */
+/* Sets Lame's constants from E and nu, the diffusivity from the viscosity, the law's own constants, and `state`.
+   Returns what is wrong with the options, or NULL. Not collective. */
 const char *MPMMaterialSetUp(MPMMaterial *);
 
 /* Replaces F by J in the state of a material whose law has no use for F (F|J in its row): for scenes in which nothing

@@ -135,7 +135,7 @@ MPM_INLINE void druckerprager_tangent(int dim, const MPMMaterial *m, PetscReal d
   f      = norm + m->friction * (K3 * (tr + open) - m->cohesion);
   beyond = two * (K3 * (tr + open) - m->cohesion) >= 3 * K3 * m->dilation * norm ? PETSC_TRUE : PETSC_FALSE;
   if (norm == 0 && K3 * (tr + open) == m->cohesion) beyond = PETSC_FALSE; /* on the apex: as under pressure */
-  flows  = !beyond && f > 0 ? PETSC_TRUE : PETSC_FALSE;
+  flows = !beyond && f > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (beyond) keep = 0;
   if (flows) keep = 1 - two * f / hard / norm;
   for (int k = 0; k < 3 && flows; k++) n[k] = two * (e[k] - tr / 3) / norm;

@@ -59,7 +59,7 @@ MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPartic
 MPM_INLINE void elastic_tangent(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMParticleState *s,
                                 PetscReal C[6][MPM_TANGENT_NC])
 {
-  const PetscReal J = MPMParticleJ(dim, s);
+  const PetscReal J       = MPMParticleJ(dim, s);
   PetscReal       F[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, s->F33}}, l[3][3], tau[6];
 
   (void)dt, (void)L;

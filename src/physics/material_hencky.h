@@ -87,8 +87,8 @@ MPM_INLINE void MPMHenckyTangent(int dim, const MPMMaterial *m, const PetscReal 
   for (int k = 0; k < 3; k++)
     for (int j = 0; j < 3; j++) {
       const PetscReal x = (b[k] - b[j]) / (b[k] + b[j]), z = x * x;
-      const PetscReal ratio =
-          PetscAbsReal(x) < 0.05 ? 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z / 9))) : (e[k] - e[j]) / x;
+      const PetscReal ratio = PetscAbsReal(x) < 0.05 ? 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z / 9)))
+                                                     : (e[k] - e[j]) / x;
 
       theta[k][j] = 2 * m->mu * keep * ratio / (b[k] + b[j]);
     }

@@ -31,7 +31,7 @@ MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPar
 MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = MPMParticleJ(dim, s), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
-  MPMReal       b[6], bmax                        = MPMAll(0);
+  MPMReal       b[6], bmax                           = MPMAll(0);
 
   MPMParticleB(dim, s, b);
   for (int d = 0; d < dim; d++) {

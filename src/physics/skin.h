@@ -9,7 +9,8 @@
 
 /* Where a particle is below a side of its body, as one number; 0: there is no surface near. layer: 0 at the surface;
    layers: those of the body there, or more than are asked for; sides: those of the particle at the surface that are
-   surface (bits 2d + side of axis d); area: of the column of particles on which the side acts, over that of the lattice. */
+   surface (bits 2d + side of axis d); area: of the column of particles on which the side acts, over that of the
+   lattice. */
 #define MPM_SKIN_MOST  127 /* layers that can be told apart */
 #define MPM_SKIN_SIDES 64
 #define MPM_SKIN_AREA  256 /* parts of an area that can be told apart; it is below 4 */

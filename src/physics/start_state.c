@@ -74,7 +74,7 @@ const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscR
 {
   for (PetscInt k = 0; k < dim * dim; k++) s->F[k] = F[k];
   s->F33 = 1;
-  s->J = MPMDet((int)dim, F);
+  s->J   = MPMDet((int)dim, F);
   for (int k = 0; k < 6; k++) s->tau[k] = 0;
   if (!(s->J > 0 && s->J <= PETSC_MAX_REAL)) return "whose determinant is not positive";
   MPMLeftCauchyGreen((int)dim, F, s->be);
@@ -92,8 +92,8 @@ static PetscReal Excess(const MPMMaterial *m, PetscInt dim, PetscReal J, PetscRe
   return s->tau[0] - wanted;
 }
 
-/* Sets J of a fluid, whose tau is the same on all sides: it is between two ratios that lie the nearest to 1, and halving
-   their distance finds it. */
+/* Sets J of a fluid, whose tau is the same on all sides: it is between two ratios that lie the nearest to 1, and
+   halving their distance finds it. */
 static const char *Fluid(const MPMMaterial *m, PetscInt dim, const PetscReal tau[], MPMMaterialStart *s)
 {
   const PetscReal factor = tau[0] > 0 ? 1.02 : 0.98;
@@ -149,8 +149,8 @@ static void Hencky(const MPMMaterial *m, PetscInt dim, PetscBool whole, const Pe
   if (m->state & MPM_BIT(F)) s->J = MPMDet((int)dim, s->F);
 }
 
-/* Sets the elastic strains of a plastic law. If it has another pressure than Hencky's law, what is missing of the stress
-   is added to that for which Hencky's law is solved, until nothing is. */
+/* Sets the elastic strains of a plastic law. If it has another pressure than Hencky's law, what is missing of the
+   stress is added to that for which Hencky's law is solved, until nothing is. */
 static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
                            MPMMaterialStart *s)
 {

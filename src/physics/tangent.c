@@ -6,8 +6,9 @@
 #include <string.h>
 #include "physics/tangent.h"
 
-#define STEP 0x1p-20 /* of differences: rounding is 1e-16/STEP of the modulus; their truncation, STEP^2 times a curvature */
-#define ROWS 10      /* of H, T */
+#define STEP                                                                                                           \
+  0x1p-20       /* of differences: rounding is 1e-16/STEP of the modulus; their truncation, STEP^2 times a curvature */
+#define ROWS 10 /* of H, T */
 
 /* Particles `first` .. first + n - 1 of a view, with one material: their state at t_n, and what changes it. `lanes` is
    n rounded up to whole vectors of any width; the lanes past the last particle repeat it. */
@@ -61,7 +62,7 @@ static PetscReal Growth(const MPMTangent *t, const PetscReal H[])
 static PetscBool Deform(const MPMTangent *t, const PetscReal H[], PetscInt p, Block *b)
 {
   const PetscReal J = Growth(t, H), F33 = b->m->state & MPM_BIT(F33) ? b->begin.F33[0][p] : 1;
-  PetscReal       F[9], was = 1;
+  PetscReal       F[9], was             = 1;
 
   if (b->m->state & MPM_BIT(J)) was = b->begin.J[0][p];
   if (b->m->state & MPM_BIT(F)) {
@@ -90,9 +91,8 @@ static PetscInt DeformAll(const MPMTangent *t, const PetscReal H[], Block *b)
 static void Follow(const MPMTangent *t, PetscBool whole, Block *b)
 {
   const int             dim = (int)t->dim, form = (int)MPMLawForm(b->m, t->dim);
-  const PetscInt        nf    = t->dim * t->dim;
-  const MPMMaterialLaw *law   = b->m->type->law,
-                       *lanes = law->lanes[t->width == 8 ? 0 : t->width == 4 ? 1 : 2];
+  const PetscInt        nf  = t->dim * t->dim;
+  const MPMMaterialLaw *law = b->m->type->law, *lanes = law->lanes[t->width == 8 ? 0 : t->width == 4 ? 1 : 2];
 
   if (t->width < 2 || !lanes) lanes = law;
 #define MPM_COPY(name, rows)                                                                                           \
@@ -221,9 +221,9 @@ static void FromDifferences(const MPMTangent *t, Block *b, PetscReal A[])
 /* Computes T and A of the particles of a block; `bad` of them could not follow. */
 static void Derive(const MPMTangent *t, PetscInt bad, Block *b, PetscReal T[], PetscReal A[])
 {
-  const PetscInt nc  = b->nc;
-  void (*law)(const MPMMaterial *, PetscReal, MPMComponent *, PetscInt, const MPMBlock *, PetscReal[][MPM_TANGENT_NC]) =
-      b->m->type->law->tangent[MPMLawForm(b->m, t->dim)];
+  const PetscInt nc                        = b->nc;
+  void (*law)(const MPMMaterial *, PetscReal, MPMComponent *, PetscInt, const MPMBlock *,
+              PetscReal[][MPM_TANGENT_NC]) = b->m->type->law->tangent[MPMLawForm(b->m, t->dim)];
 
   Follow(t, PETSC_TRUE, b);
   for (PetscInt p = 0; p < b->n; p++) {

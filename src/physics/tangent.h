@@ -21,10 +21,10 @@
 /* What is the same for all particles of a step. */
 typedef struct {
   PetscInt           dim;
-  PetscBool          round;     /* bodies of revolution, as `round` of the materials says too */
-  PetscInt           width;     /* particles that laws compute at a time: MPMKernelWidth() or 1, with the same bits */
-  PetscReal          dt;        /* of the step in s, above 0; only laws that depend on rates see it, else any will do */
-  const MPMKind     *kinds;     /* as in MPMParams */
+  PetscBool          round; /* bodies of revolution, as `round` of the materials says too */
+  PetscInt           width; /* particles that laws compute at a time: MPMKernelWidth() or 1, with the same bits */
+  PetscReal          dt;    /* of the step in s, above 0; only laws that depend on rates see it, else any will do */
+  const MPMKind     *kinds; /* as in MPMParams */
   const MPMMaterial *materials;
   const MPMView     *particles; /* with kind, where there is one, and all fields of materials: the state at t_n */
 } MPMTangent;

@@ -1,6 +1,6 @@
 /* wall.c - conditions on the velocity at the faces of the grid (docs/method.md, Walls), before the advance and in it. A
-   condition is applied to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it
-   constrained v. */
+   condition is applied to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether
+   it constrained v. */
 #include "physics/wall.h"
 
 /* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h
@@ -134,8 +134,8 @@ static PetscBool HoldNormal(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* At an edge the walls of later axes may move a node along the normal of an earlier one, as a lid does that slides between
-   two side walls: so after all of them the normals are held once more. */
+/* At an edge the walls of later axes may move a node along the normal of an earlier one, as a lid does that slides
+   between two side walls: so after all of them the normals are held once more. */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                         PetscReal v[])
 {

@@ -23,7 +23,7 @@ enum {
   MPM_WALL_BRAKES  = 16,
   MPM_WALL_MOVES   = 32
 };
-extern const int MPMWallActions[]; /* [MPMWall] */
+extern const int     MPMWallActions[]; /* [MPMWall] */
 MPM_INLINE PetscBool MPMWallHas(MPMWall type, int acts)
 {
   return MPMWallActions[type] & acts ? PETSC_TRUE : PETSC_FALSE;
@@ -36,9 +36,10 @@ typedef struct {
   PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a wall that moves in m/s */
   PetscReal distance;        /* of a piston: where it is at the start, m inside the face */
   PetscBool pulls;           /* of a piston: it holds bodies that it has touched, so that it pulls them */
-  PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond; of a
+  PetscInt  reach; /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond; of a
                                 piston: those behind the ones beside its plane; below 0: none */
-  PetscInt  first, beside; /* of a piston: the nodes beside its plane along the normal, the first in the grid, how many */
+  PetscInt  first,
+      beside; /* of a piston: the nodes beside its plane along the normal, the first in the grid, how many */
   /* Of a wall that only pushes, for each node of the face (MPMFaceNode): the least inward velocity, m/s, with which the
      matter over it does not pass the wall in this step; not above 0. NULL: 0, as of matter that is at the wall. */
   const PetscReal *least;
@@ -83,9 +84,9 @@ MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
   return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the number of the nodes of a face with normal `axis`, those of all places of copies, or the largest there can be of
-   these; and which of them node ijk [dim] of the grid lies over: those beyond the edges of the face count to the edges.
-   Across a periodic axis the last is the first one again. */
+/* Returns the number of the nodes of a face with normal `axis`, those of all places of copies, or the largest there can
+   be of these; and which of them node ijk [dim] of the grid lies over: those beyond the edges of the face count to the
+   edges. Across a periodic axis the last is the first one again. */
 MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis, PetscBool most)
 {
   PetscInt n = PetscMax(1, most ? grid->copies : grid->places);

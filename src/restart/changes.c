@@ -47,7 +47,8 @@ static const char *Never(const MPMCheckpoint *c, const char row[], const char wa
 {
   static const char *const lasting[] = {"periodic", "piston"};
 
-  if (c->was_implicit && !c->core->implicit && (!strcmp(row, "method_frame") || !strcmp(row, "method_preset"))) return NULL;
+  if (c->was_implicit && !c->core->implicit && (!strcmp(row, "method_frame") || !strcmp(row, "method_preset")))
+    return NULL;
   if (c->core->grid.total && (!strcmp(row, "method_basis") || !strcmp(row, "method_wall_basis")))
     return "; in the total frame the state is on the nodes of the basis";
   if (!strcmp(row, "method_time") && !strcasecmp(is, "static"))
@@ -58,8 +59,8 @@ static const char *Never(const MPMCheckpoint *c, const char row[], const char wa
   return ActsOf(row) == MPM_ACTS_NEVER ? "" : NULL;
 }
 
-/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given: then its default counts, if
-   that is a value. */
+/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given: then its default counts,
+   if that is a value. */
 static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const char was[], const char is[])
 {
   const MPMOptionRow *row  = MPMOptionsRow(o, name + 1);
@@ -96,7 +97,8 @@ PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
   char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (MPMOptionsFindIn(c->options, "-method_time", value) && strcasecmp(value, "explicit")) c->was_implicit = PETSC_TRUE;
+  if (MPMOptionsFindIn(c->options, "-method_time", value) && strcasecmp(value, "explicit"))
+    c->was_implicit = PETSC_TRUE;
   PetscCall(MPMOptionsText(&given));
   PetscCall(MPMStagesOptions(given, c->core->stages.now, &here));
   PetscCall(PetscFree(given));
@@ -108,7 +110,7 @@ PetscErrorCode MPMRestartCompare(MPMCheckpoint *c, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Particles ------------------------------------------------------------------------------------------------------ */
+/* --- Particles ---------------------------------------------------------------------------------------------------- */
 
 PetscInt64 MPMRestartKinds(const MPMScene *scene)
 {
@@ -127,8 +129,8 @@ PetscInt64 MPMRestartKinds(const MPMScene *scene)
   return (PetscInt64)(sum >> 1);
 }
 
-/* Returns whether a field that a checkpoint does not have can be made: from the particle as it starts, or since its value
-   at the start is the right one. flows: what flows in is at no place at the start. */
+/* Returns whether a field that a checkpoint does not have can be made: from the particle as it starts, or since its
+   value at the start is the right one. flows: what flows in is at no place at the start. */
 static PetscBool CanMake(PetscBool flows, PetscInt field)
 {
   return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l && !flows) || field == MPM_FIELD_INDEX_C ||
@@ -145,7 +147,8 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 
   PetscFunctionBeginUser;
   c->missing = 0;
-  for (PetscInt b = 0; b < c->scene->nfilled; b++) flows = flows || c->scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < c->scene->nfilled; b++)
+    flows = flows || c->scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
   if (c->kinds != MPMRestartKinds(c->scene)) {
     (void)snprintf(c->core->stop, sizeof c->core->stop,
                    "-restart_file %.1000s: its particles have other masses, volumes, numbers or contacts than those of "
@@ -166,7 +169,7 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The balance ---------------------------------------------------------------------------------------------------- */
+/* --- The balance -------------------------------------------------------------------------------------------------- */
 
 void MPMRestartBalance(MPMCheckpoint *c, const MPMTotals *now)
 {

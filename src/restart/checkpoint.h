@@ -1,5 +1,5 @@
-/* checkpoint.h - a file of the whole state of a run, from which a later run goes on with the same bits. The functions are
-   described in checkpoint.c. With a PETSc that has no HDF5 they set a fault. */
+/* checkpoint.h - a file of the whole state of a run, from which a later run goes on with the same bits. The functions
+   are described in checkpoint.c. With a PETSc that has no HDF5 they set a fault. */
 #ifndef MPM_CHECKPOINT_H
 #define MPM_CHECKPOINT_H
 

@@ -6,7 +6,7 @@
 #include "restart/checkpoint.h"
 #include "restart/restart.h"
 
-/* --- Names: <output_dir>/<name>-checkpoint-<number>.h5, numbered as they are written -------------------------------- */
+/* --- Names: <output_dir>/<name>-checkpoint-<number>.h5, numbered as they are written ------------------------------ */
 
 void MPMCheckpointPath(MPMCheckpoint *c, PetscInt number, char path[MPM_TEXT_LEN])
 {
@@ -87,7 +87,7 @@ static PetscErrorCode RemoveOld(MPMCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- What is kept --------------------------------------------------------------------------------------------------- */
+/* --- What is kept ------------------------------------------------------------------------------------------------- */
 
 void MPMCheckpointTotals(char text[MPM_TEXT_LEN])
 {
@@ -116,7 +116,7 @@ void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
   for (PetscInt k = 0; k < v->n; k++) v->row[k] = table[k];
 }
 
-/* --- Writing -------------------------------------------------------------------------------------------------------- */
+/* --- Writing ------------------------------------------------------------------------------------------------------ */
 
 /* Sets what is read before a scene is set up. */
 static void SetHeader(MPMCheckpoint *c)
@@ -296,7 +296,7 @@ PetscErrorCode MPMCheckpointAgain(MPMCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Options -------------------------------------------------------------------------------------------------------- */
+/* --- Options ------------------------------------------------------------------------------------------------------ */
 
 PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
 {

@@ -1,5 +1,5 @@
-/* leave.c - bodies that leave at a restart (-remove): an excavation, a gate. Their particles are removed, and what they take
-   along counts in the balances, as for particles that leave the grid; rigid bodies meet nothing from then on. */
+/* leave.c - bodies that leave at a restart (-remove): an excavation, a gate. Their particles are removed, and what they
+   take along counts in the balances, as for particles that leave the grid; rigid bodies meet nothing from then on. */
 #include <strings.h>
 #include "parallel/exchange.h"
 #include "restart/restart.h"
@@ -41,21 +41,24 @@ static void Release(MPMCore *core, const char name[])
 PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *c, PetscBool restarts, MPMOptions o)
 {
   MPMScene *scene = c->scene;
-  PetscInt  n, stay = 0;
-  char (*names)[MPM_NAME_LEN], was[MPM_TEXT_LEN] = "", is[MPM_TEXT_LEN] = "";
+  PetscInt  n, stay                             = 0;
+  char(*names)[MPM_NAME_LEN], was[MPM_TEXT_LEN] = "", is[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsNames(o, "remove", &n, &names));
   if (n && !restarts)
-    MPMOptionsFail(o, "-remove does not apply: bodies leave at a restart (-restart_file); leave the body out of -bodies");
+    MPMOptionsFail(o,
+                   "-remove does not apply: bodies leave at a restart (-restart_file); leave the body out of -bodies");
   if (n && c->core->grid.total)
-    MPMOptionsFail(o, "-remove does not apply in the total frame, whose nodes have the matter of all particles; let the run "
-                      "go on in the updated one, without -method_frame total and -method_preset solid");
+    MPMOptionsFail(
+        o, "-remove does not apply in the total frame, whose nodes have the matter of all particles; let the run "
+           "go on in the updated one, without -method_frame total and -method_preset solid");
   for (PetscInt k = 0; k < n && !MPMOptionsError(o); k++) {
     MPMBody *body = NULL;
 
     for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++)
-      if (!strcasecmp(scene->bodies[b].name, names[k]) && (b < scene->nbodies || scene->bodies[b].rigid != MPM_RIGID_NONE))
+      if (!strcasecmp(scene->bodies[b].name, names[k]) &&
+          (b < scene->nbodies || scene->bodies[b].rigid != MPM_RIGID_NONE))
         body = &scene->bodies[b];
     if (!body) {
       MPMOptionsFail(o, "-remove %s: the scene has no body of that name with particles, and no rigid one", names[k]);
@@ -66,11 +69,13 @@ PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *c, PetscBool restarts, MPMO
     if (body->rigid != MPM_RIGID_NONE) Release(c->core, body->name);
   }
   for (PetscInt b = 0; b < scene->nbodies; b++) stay += !scene->bodies[b].removed;
-  if (n && !stay && !MPMOptionsError(o)) MPMOptionsFail(o, "-remove %.*s: no particle would be left", (int)strlen(is) - 1, is);
+  if (n && !stay && !MPMOptionsError(o))
+    MPMOptionsFail(o, "-remove %.*s: no particle would be left", (int)strlen(is) - 1, is);
   if (restarts && c->options) (void)MPMOptionsFindIn(c->options, "-remove", was);
   for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++)
     if (Has(was, scene->bodies[b].name) && !scene->bodies[b].removed)
-      MPMOptionsFail(o, "-remove: %s had left before -restart_file %.500s was written, and cannot come back; name it too",
+      MPMOptionsFail(o,
+                     "-remove: %s had left before -restart_file %.500s was written, and cannot come back; name it too",
                      scene->bodies[b].name, c->from);
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);

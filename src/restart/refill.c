@@ -1,5 +1,5 @@
-/* refill.c - fields of particles that a checkpoint does not have and that a changed scene needs: each particle gets what the
-   one of its id starts with, such as its place at the start or how deep it is in its body. */
+/* refill.c - fields of particles that a checkpoint does not have and that a changed scene needs: each particle gets
+   what the one of its id starts with, such as its place at the start or how deep it is in its body. */
 #include "restart/restart.h"
 #include "results/rows.h"
 

@@ -1,5 +1,5 @@
-/* restart.c - a run that goes on from a checkpoint (-restart_file): which file, whether its options are those of this run,
-   its particles and everything else. */
+/* restart.c - a run that goes on from a checkpoint (-restart_file): which file, whether its options are those of this
+   run, its particles and everything else. */
 #include "parallel/exchange.h"
 #include "restart/restart.h"
 #include "step/step.h"
@@ -97,7 +97,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
-  PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
+  PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL));                /* it has been read (MPMRerun) */
   if (c->options && !MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o)); /* with those of the stage before */
   if (!set) PetscCall(MPMLeaveSetFromOptions(c, c->options ? PETSC_TRUE : PETSC_FALSE, o));
   if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
@@ -131,7 +131,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Particles ------------------------------------------------------------------------------------------------------ */
+/* --- Particles ---------------------------------------------------------------------------------------------------- */
 
 /* Returns the rows of the file that a process reads first, an equal part of them. */
 static void Share(MPMCheckpoint *c, PetscMPIInt rank, PetscMPIInt size, PetscInt64 *first, PetscInt *n)
@@ -201,7 +201,7 @@ PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- All else ------------------------------------------------------------------------------------------------------- */
+/* --- All else ----------------------------------------------------------------------------------------------------- */
 
 /* Lets what the options changed act: the next step is as long as the present state allows; statics become a motion that
    begins at rest. Collective on exchange.data. */
@@ -232,7 +232,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   MPMOutput      *out   = c->output;
   MPMMonitor     *mon   = c->monitor;
   const PetscReal every = c->every, history = mon->every, output = out->every; /* of the options of this run */
-  const PetscInt  room = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+  const PetscInt  room  = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
   const MPMStatus bound = core->status;
   MPMVariables    kept;
   char            fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];

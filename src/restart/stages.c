@@ -1,5 +1,5 @@
-/* stages.c - the options of a stage of a run: what the text of all options (options/saved.c) says for it. A stage has the
-   options of the one before, with those that -stage_<s>_<option> changes. */
+/* stages.c - the options of a stage of a run: what the text of all options (options/saved.c) says for it. A stage has
+   the options of the one before, with those that -stage_<s>_<option> changes. */
 #include <strings.h>
 #include "restart/restart.h"
 
@@ -53,8 +53,8 @@ static PetscErrorCode Change(List *l, const char option[], const char value[], P
 
 PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **options)
 {
-  char        list_of[MPM_TEXT_LEN] = "", *save = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
-  char (*names)[MPM_NAME_LEN], *told = NULL;
+  char list_of[MPM_TEXT_LEN] = "", *save = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  char(*names)[MPM_NAME_LEN], *told      = NULL;
   const char *option;
   List        list   = {0};
   size_t      length = 0;
@@ -82,7 +82,10 @@ PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **option
   PetscCheck(out, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options of a stage");
   for (PetscInt k = 0; k < list.n; k++)
     if (list.name[k][0])
-      (void)fprintf(out, strchr(list.value[k], ' ') ? "%s \"%s\"\n" : list.value[k][0] ? "%s %s\n" : "%s%s\n",
+      (void)fprintf(out,
+                    strchr(list.value[k], ' ') ? "%s \"%s\"\n"
+                    : list.value[k][0]         ? "%s %s\n"
+                                               : "%s%s\n",
                     list.name[k], list.value[k]);
   (void)fclose(out);
   PetscCall(PetscStrallocpy(told, options));

@@ -1,5 +1,5 @@
-/* variables.h - the variables of a run besides its particles: what a checkpoint keeps, and what a step that is undone puts
-   back. The table of them is run/state.def. */
+/* variables.h - the variables of a run besides its particles: what a checkpoint keeps, and what a step that is undone
+   puts back. The table of them is run/state.def. */
 #ifndef MPM_VARIABLES_H
 #define MPM_VARIABLES_H
 

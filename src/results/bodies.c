@@ -103,8 +103,8 @@ static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, const MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads -history_body_quantities; without it a body has all that need not be asked for. heats: a body that is asked for has
-   some. */
+/* Reads -history_body_quantities; without it a body has all that need not be asked for. heats: a body that is asked for
+   has some. */
 static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions o)
 {
   char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;

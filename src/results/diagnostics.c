@@ -351,7 +351,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
   {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
-#define MPM_ASKED_QUANTITY(name, uses, whole)                                                                                        \
+#define MPM_ASKED_QUANTITY(name, uses, whole)                                                                          \
   {#name, "", "1", "", MPM_SHOW_COLUMN | (uses), 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},

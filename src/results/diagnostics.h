@@ -9,8 +9,8 @@ enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) MPM_SHOWS_##name,
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
-#define MPM_STATIC_QUANTITY(name, unit, whole)                                              MPM_SHOWS_##name,
-#define MPM_ASKED_QUANTITY(name, uses, whole)                                                             MPM_SHOWS_##name,
+#define MPM_STATIC_QUANTITY(name, unit, whole)                                             MPM_SHOWS_##name,
+#define MPM_ASKED_QUANTITY(name, uses, whole)                                              MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
@@ -102,8 +102,8 @@ PetscReal MPMShown_pressure(const PetscReal stress[]);
 PetscReal MPMShown_stress_min(const PetscReal stress[]);
 PetscReal MPMShown_stress_max(const PetscReal stress[]);
 
-/* Sets row [3] to where particle p of a view ends along each axis, m: above its centre for sign 1, below for -1 (edges.c).
-   Not collective. */
+/* Sets row [3] to where particle p of a view ends along each axis, m: above its centre for sign 1, below for -1
+   (edges.c). Not collective. */
 void MPMShownEdge(const MPMShown *, const MPMView *, PetscInt p, PetscReal sign, PetscReal row[]);
 
 /* Computes the totals of the present state. Collective on the exchange. */
@@ -113,7 +113,8 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
    they are removed; sets the rows LOST of totals. The second is collective on the exchange. */
 PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
 PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
-PetscErrorCode MPMLostEnter(const MPMScene *, MPMCore *, PetscInt first); /* takes off what particles from `first` on bring, which flow in */
+/* Takes off what particles from `first` on bring, which flow in. */
+PetscErrorCode MPMLostEnter(const MPMScene *, MPMCore *, PetscInt first);
 
 /* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
 PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);

@@ -1,11 +1,11 @@
-/* edges.c - where a particle ends along the axes: at the edge of its domain, which is the ellipsoid in the box that it has
-   at the start, deformed with it. */
+/* edges.c - where a particle ends along the axes: at the edge of its domain, which is the ellipsoid in the box that it
+   has at the start, deformed with it. */
 #include "results/diagnostics.h"
 
-/* Sets half [dim], m, to how far the domain of a particle reaches along each axis. Of elastic laws it deforms with F; of
-   plastic ones with the elastic part of the deformation, and of bodies that do not keep their shape alike along all axes with
-   the volume, since not all runs have their F, which makes needles of them. A box that the surface of the body cuts is
-   smaller, or larger, by its volume. */
+/* Sets half [dim], m, to how far the domain of a particle reaches along each axis. Of elastic laws it deforms with F;
+   of plastic ones with the elastic part of the deformation, and of bodies that do not keep their shape alike along all
+   axes with the volume, since not all runs have their F, which makes needles of them. A box that the surface of the
+   body cuts is smaller, or larger, by its volume. */
 static void HalfWidths(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal half[])
 {
   const MPMGrid     *grid = &s->core->grid;

@@ -44,8 +44,8 @@ static int MakeFolder(const char dir[])
   return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
 }
 
-/* Returns what MakeFolder would, or 0, and makes nothing that stays: it looks whether the part of the path that is there is a
-   folder in which one can be made. */
+/* Returns what MakeFolder would, or 0, and makes nothing that stays: it looks whether the part of the path that is
+   there is a folder in which one can be made. */
 static int TryFolder(const char dir[])
 {
   char        path[MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN];

@@ -44,8 +44,8 @@ typedef struct {
   int         fd; /* of this process, from Lay to Close */
 } MPMFile;
 
-/* Begins a file; `head` bytes, 0 or a power of 2 from 512 on, are left free before what HDF5 sees, and `room` is about how many bytes its attributes take (a guess that is too small costs memory only).
-   Collective. */
+/* Begins a file; `head` bytes, 0 or a power of 2 from 512 on, are left free before what HDF5 sees, and `room` is about
+   how many bytes its attributes take (a guess that is too small costs memory only). Collective. */
 PetscErrorCode MPMFileCreate(MPMFile *, MPI_Comm, const char path[], size_t head, size_t room);
 
 /* Makes the next dataset, of numbers with `rank` axes; the first one has the number 0. whole: the numbers are stored as
@@ -73,8 +73,8 @@ PetscErrorCode MPMFileHead(MPMFile *, const void *head, size_t bytes);
    returns. *fault gets the fault of this process. Collective. */
 PetscErrorCode MPMFileClose(MPMFile *, PetscBool sync, char fault[MPM_TEXT_LEN]);
 
-/* Reads a text that is an attribute or a dataset of a file; NULL if there is none. The caller frees it by PetscFree. Not
-   collective. */
+/* Reads a text that is an attribute or a dataset of a file; NULL if there is none. The caller frees it by PetscFree.
+   Not collective. */
 PetscErrorCode MPMHDF5ReadText(hid_t file, const char name[], char **text);
 
 /* Opens a file for reading without locking it or printing faults; returns -1 if it cannot. Not collective. */

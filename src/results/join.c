@@ -1,5 +1,5 @@
-/* join.c - a history that goes on after a restart with other columns, since forces, damping or the method are others: the
-   file gets the columns of both parts, and a line has nan where its part had none. */
+/* join.c - a history that goes on after a restart with other columns, since forces, damping or the method are others:
+   the file gets the columns of both parts, and a line has nan where its part had none. */
 #include <errno.h>
 #include <unistd.h>
 #include "results/output.h"
@@ -31,8 +31,8 @@ static PetscInt Count(const char head[])
 static void Rewrite(FILE *out, const char now[], const char was[], const char line[])
 {
   for (const char *at = now; *at && *at != '\n';) {
-    const size_t   n = strcspn(at, ",\n");
-    const PetscInt k = Find(was, at, n);
+    const size_t   n     = strcspn(at, ",\n");
+    const PetscInt k     = Find(was, at, n);
     const char    *value = line;
 
     for (PetscInt skip = 0; skip < k; skip++) value += strcspn(value, ",\n") + 1;
@@ -46,7 +46,7 @@ static void Rewrite(FILE *out, const char now[], const char was[], const char li
 /* Writes the whole history anew; returns 0, or errno. */
 static int RewriteAll(const char path[], const char now[], FILE *in, long *length)
 {
-  char   new[2 * MPM_TEXT_LEN + 16], *was = NULL, *line = NULL;
+  char new[2 * MPM_TEXT_LEN + 16], *was = NULL, *line = NULL;
   size_t room = 0, more = 0;
   FILE  *out;
   int    fault;
@@ -70,7 +70,7 @@ static int RewriteAll(const char path[], const char now[], FILE *in, long *lengt
 
 int MPMHistoryJoin(const char path[], const char head[], char **more, PetscInt *nmore, long *length, PetscBool *other)
 {
-  FILE  *in = fopen(path, "r");
+  FILE  *in  = fopen(path, "r");
   char  *was = NULL, *now = NULL;
   size_t room = 0, size = 0, lengths;
   FILE  *text;

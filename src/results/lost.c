@@ -21,8 +21,8 @@ _Static_assert(0
 #undef MPM_STATIC_QUANTITY
 #undef MPM_ASKED_QUANTITY
 
-/* Adds to core->lost, times `sign`, the quantities of particles here: of those that are outside the grid or, with first not
-   below 0, of all from that number on. */
+/* Adds to core->lost, times `sign`, the quantities of particles here: of those that are outside the grid or, with first
+   not below 0, of all from that number on. */
 static PetscErrorCode Add(const MPMScene *scene, MPMCore *core, PetscInt first, PetscReal sign)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell) |

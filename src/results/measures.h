@@ -26,20 +26,20 @@ typedef struct {
 typedef struct {
   PetscInt    n; /* columns */
   MPMMeasure *column;
-  PetscReal  *value;      /* [n] in the last line */
-  PetscInt    faces;      /* -history_walls, as bits 2 axis + side */
-  PetscInt    nbodies;    /* -history_bodies: */
-  PetscInt   *body;       /* [nbodies] rows of the scene's bodies */
-  PetscInt    quantities; /* -history_body_quantities, as bits */
-  PetscInt    first_body; /* its first column */
-  PetscBool   heat;       /* the dissipation of bodies is one of them */
-  PetscInt    nrigids;    /* the rigid ones of -history_bodies: */
-  PetscInt   *rigid;      /* [nrigids] numbers in core->rigids */
+  PetscReal  *value;       /* [n] in the last line */
+  PetscInt    faces;       /* -history_walls, as bits 2 axis + side */
+  PetscInt    nbodies;     /* -history_bodies: */
+  PetscInt   *body;        /* [nbodies] rows of the scene's bodies */
+  PetscInt    quantities;  /* -history_body_quantities, as bits */
+  PetscInt    first_body;  /* its first column */
+  PetscBool   heat;        /* the dissipation of bodies is one of them */
+  PetscInt    nrigids;     /* the rigid ones of -history_bodies: */
+  PetscInt   *rigid;       /* [nrigids] numbers in core->rigids */
   PetscInt    first_rigid; /* their first column */
-  PetscInt    nprobes;    /* -probes */
-  MPMProbe   *probe;      /* [nprobes] */
-  PetscInt64 *ids;        /* [nprobes] of their particles, as a checkpoint keeps them */
-  PetscInt64  shown;      /* bits of the rows of MPMDiagnostics that bodies and probes show */
+  PetscInt    nprobes;     /* -probes */
+  MPMProbe   *probe;       /* [nprobes] */
+  PetscInt64 *ids;         /* [nprobes] of their particles, as a checkpoint keeps them */
+  PetscInt64  shown;       /* bits of the rows of MPMDiagnostics that bodies and probes show */
 } MPMMeasures;
 
 /* Reads the options, makes the columns, and lets the step sum what they need; the second function does what needs the

@@ -212,8 +212,8 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
 static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
-  const PetscReal  residual =
-    core->energy.on ? MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0) : MPMShownResidual(shown);
+  const PetscReal  residual = core->energy.on ? MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0)
+                                              : MPMShownResidual(shown);
   PetscReal        change2  = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max, MPMDiagnosticValue(shown, MPM_SHOWS_total_energy, 0));

@@ -23,29 +23,29 @@ typedef struct {
   MPMTotals   start, now;   /* of step 0, and of the last check or line */
   long        length;       /* bytes of the complete lines in the file */
   PetscBool   failed;       /* it could not be written: no more lines are */
-  char       *more;         /* on the first process: ",name" of each column of an earlier part that this one does not have; */
-  PetscInt    nmore;        /* how many; */
-  PetscBool   joined;       /* the file was written anew to have the columns of both */
+  char       *more;   /* on the first process: ",name" of each column of an earlier part that this one does not have; */
+  PetscInt    nmore;  /* how many; */
+  PetscBool   joined; /* the file was written anew to have the columns of both */
 } MPMMonitor;
 
-/* Gives a history the columns `head` and then those of its own that are not among these: `more`, as MPMMonitor has them,
-   which the caller frees; if it has not got them, it is written anew, with *length bytes, and *other is set (join.c).
-   Returns 0, or errno. Not collective. */
+/* Gives a history the columns `head` and then those of its own that are not among these: `more`, as MPMMonitor has
+   them, which the caller frees; if it has not got them, it is written anew, with *length bytes, and *other is set
+   (join.c). Returns 0, or errno. Not collective. */
 int MPMHistoryJoin(const char path[], const char head[], char **more, PetscInt *nmore, long *length, PetscBool *other);
 
-/* Reads the options of the history and its checks; *follow is -history_energy, damped is whether there is damping of all motion. The first fault is left in the options.
-   Not collective. */
+/* Reads the options of the history and its checks; *follow is -history_energy, damped is whether there is damping of
+   all motion. The first fault is left in the options. Not collective. */
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
                                         PetscBool damped, PetscBool *follow);
-/* Computes and checks the totals of a step before it is settled, so that it can be undone: if they are to be checked, or
-   if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
+/* Computes and checks the totals of a step before it is settled, so that it can be undone: if they are to be checked,
+   or if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
 PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
 /* Returns the checksum of the first `length` bytes of the history, or 0 if it has less or there is none. Not
    collective. */
 uint64_t MPMMonitorSum(const MPMMonitor *, const MPMScene *, long length);
-/* Goes on with the history of an earlier run, of which the first `length` bytes are known to be right (`own`), or begins
-   a new one. Collective on the exchange. */
+/* Goes on with the history of an earlier run, of which the first `length` bytes are known to be right (`own`), or
+   begins a new one. Collective on the exchange. */
 PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool own, long length);
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                        /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *); /* what diagnostics read */
@@ -115,9 +115,9 @@ void MPMOutputClear(const MPMOutput *, const MPMScene *, PetscBool beyond);
    exchange.data. */
 PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
 
-/* Write the index <name>.h5 and the texts <name>.xdmf ... for the snapshots so far: to new files, which are then renamed, so
-   that all are complete at every moment. The first process writes; *fault, on this process, says what went wrong
-   (index.c, xdmf.c). Collective on exchange.data. */
+/* Write the index <name>.h5 and the texts <name>.xdmf ... for the snapshots so far: to new files, which are then
+   renamed, so that all are complete at every moment. The first process writes; *fault, on this process, says what went
+   wrong (index.c, xdmf.c). Collective on exchange.data. */
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMXdmfWrite(MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 

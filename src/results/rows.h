@@ -22,8 +22,9 @@ PetscErrorCode MPMRowsSend(const MPMRows *, PetscInt nc, const PetscReal here[],
 PetscErrorCode MPMRowsWrite(MPMFile *, PetscInt set, const MPMRows *, PetscInt nc, const PetscReal here[],
                             PetscReal sorted[]);
 
-/* The nodes (snapshot_nodes.c): writes to extent [3] how many lie between the walls, on axes z, y, x; writes those of their
-   numbers that are shown, for the present state, to the datasets from *set on, which is collective on the exchange. */
+/* The nodes (snapshot_nodes.c): writes to extent [3] how many lie between the walls, on axes z, y, x; writes those of
+   their numbers that are shown, for the present state, to the datasets from *set on, which is collective on the
+   exchange. */
 void           MPMNodesBetween(const MPMGrid *, hsize_t extent[3]);
 PetscErrorCode MPMNodesWrite(MPMCore *, MPMFile *, PetscInt *set);
 

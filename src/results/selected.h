@@ -1,13 +1,13 @@
-/* selected.h - sums, extremes and lists of what some of the particles show: the one loop over particles of totals, bodies,
-   probes and particles that left. Sums are exact and extremes have no sequence, so all are the same on any number of
-   processes. */
+/* selected.h - sums, extremes and lists of what some of the particles show: the one loop over particles of totals,
+   bodies, probes and particles that left. Sums are exact and extremes have no sequence, so all are the same on any
+   number of processes. */
 #ifndef MPM_SELECTED_H
 #define MPM_SELECTED_H
 
 #include "results/diagnostics.h"
 
-/* The particles of this process that count: `n` numbers p of a view, with weights; p NULL: the first n of the view, each
-   with weight 1. */
+/* The particles of this process that count: `n` numbers p of a view, with weights; p NULL: the first n of the view,
+   each with weight 1. */
 typedef struct {
   PetscInt   n, *p;
   PetscReal *weight;
@@ -28,8 +28,8 @@ MPM_INLINE void MPMSelectedAdd(MPMSelected *s, PetscInt p, PetscReal weight)
 PetscErrorCode MPMSelectedSum(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, MPMSum sum[],
                               MPMSum *weight, PetscInt64 *wrong);
 
-/* Sets least [components] to the smallest value of each component times `sign` (1 or -1) among the selected particles of
-   all processes, or PETSC_MAX_REAL if there are none. Collective on comm. */
+/* Sets least [components] to the smallest value of each component times `sign` (1 or -1) among the selected particles
+   of all processes, or PETSC_MAX_REAL if there are none. Collective on comm. */
 PetscErrorCode MPMSelectedLeast(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscReal sign,
                                 MPI_Comm comm, PetscReal least[]);
 
@@ -39,9 +39,9 @@ PetscErrorCode MPMSelectedLeast(const MPMSelected *, const MPMShown *, const MPM
 PetscErrorCode MPMSelectedQuantile(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscReal sign,
                                    PetscReal share, MPI_Comm comm, PetscReal out[]);
 
-/* Sets *value to the values [*n] of component c of a row of the selected particles of all processes, from the smallest to
-   the largest, on every process; the caller frees them. Weights do not count; 0 and -0 are equal, so add 0 to what is
-   shown. For medians and other functions of all values. Collective on comm. */
+/* Sets *value to the values [*n] of component c of a row of the selected particles of all processes, from the smallest
+   to the largest, on every process; the caller frees them. Weights do not count; 0 and -0 are equal, so add 0 to what
+   is shown. For medians and other functions of all values. Collective on comm. */
 PetscErrorCode MPMSelectedValues(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscInt c,
                                  MPI_Comm comm, PetscInt *n, PetscReal **value);
 

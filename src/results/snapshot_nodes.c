@@ -64,8 +64,8 @@ static PetscErrorCode PlaceRowsCreate(const MPMCore *core, PetscInt place, Place
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the numbers of a group of nodes, of place after place, to the rows sorted [components]; those of its motion are means
-   by mass where several have mass, which is as far as it has come. Collective on the exchange. */
+/* Adds the numbers of a group of nodes, of place after place, to the rows sorted [components]; those of its motion are
+   means by mass where several have mass, which is as far as it has come. Collective on the exchange. */
 static PetscErrorCode AddPlaces(MPMCore *core, const MPMNodeGroup *g, const PlaceRows *places, PetscReal *sorted)
 {
   const MPMPatch *patch   = &core->exchange.patch;
@@ -95,7 +95,8 @@ static PetscErrorCode AddPlaces(MPMCore *core, const MPMNodeGroup *g, const Plac
         const PetscReal now = part[(wide + 1) * q + k];
 
         if (!mean) sorted[wide * q + k] += now;
-        if (mean && m > 0) sorted[wide * q + k] = before > 0 ? (before * sorted[wide * q + k] + m * now) / mass[q] : now;
+        if (mean && m > 0)
+          sorted[wide * q + k] = before > 0 ? (before * sorted[wide * q + k] + m * now) / mass[q] : now;
       }
     }
     PetscCall(PetscFree(all));
@@ -107,7 +108,7 @@ static PetscErrorCode AddPlaces(MPMCore *core, const MPMNodeGroup *g, const Plac
 PetscErrorCode MPMNodesWrite(MPMCore *core, MPMFile *file, PetscInt *set)
 {
   const PetscInt nplaces = PetscMax(1, core->grid.places);
-  PlaceRows       places[MPM_MAX_COPIES];
+  PlaceRows      places[MPM_MAX_COPIES];
 
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(core));

@@ -1,5 +1,5 @@
-/* stress.c - numbers of a Cauchy stress, which is a tensor with all components in every dimension: in plane strain with the
-   stress out of the plane, in bodies of revolution with that around the axis. */
+/* stress.c - numbers of a Cauchy stress, which is a tensor with all components in every dimension: in plane strain with
+   the stress out of the plane, in bodies of revolution with that around the axis. */
 #include "base/tensor.h"
 #include "results/diagnostics.h"
 

@@ -14,8 +14,8 @@ static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the particle with a quantity that is not finite, after the totals have shown that there is one. Collective on the
-   exchange. */
+/* Finds the particle with a quantity that is not finite, after the totals have shown that there is one. Collective on
+   the exchange. */
 static PetscErrorCode FindWrong(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
 {
   const MPMShown shown = {core, scene, NULL, NULL, NULL};

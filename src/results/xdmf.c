@@ -1,8 +1,8 @@
 /* xdmf.c - the files <name>.xdmf of the particles, .grid.xdmf of the nodes and .rigid.xdmf of the surfaces of rigid
-   bodies, which lie beside the folder of the snapshots: texts by which ParaView (its readers Xdmf3 and Xdmf2), VTK and meshio open
-   them. Each is a file of its own, since the readers Xdmf3 neither name the parts of a file nor let one choose among them.
-   Each particle is a vertex of its own, of which the first reader draws nothing else; the numbers of the vertices are the ids,
-   or the dataset `row` if particles were removed. The surfaces are edges or triangles. */
+   bodies, which lie beside the folder of the snapshots: texts by which ParaView (its readers Xdmf3 and Xdmf2), VTK and
+   meshio open them. Each is a file of its own, since the readers Xdmf3 neither name the parts of a file nor let one
+   choose among them. Each particle is a vertex of its own, of which the first reader draws nothing else; the numbers of
+   the vertices are the ids, or the dataset `row` if particles were removed. The surfaces are edges or triangles. */
 #include <errno.h>
 #include <unistd.h>
 #include "results/rigid_faces.h"
@@ -144,13 +144,12 @@ static PetscBool WriteFile(const Part *part, const MPMOutput *out, const MPMCore
 
 PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
-  const Part      parts[] = {{"grid", ".grid.xdmf", XdmfNodes},
-                             {"rigid", ".rigid.xdmf", XdmfRigids},
-                             {"particles", ".xdmf", XdmfParticles}};
+  const Part parts[] = {
+      {"grid", ".grid.xdmf", XdmfNodes}, {"rigid", ".rigid.xdmf", XdmfRigids}, {"particles", ".xdmf", XdmfParticles}};
   const PetscBool there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
                              core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
-  char            path[2 * MPM_TEXT_LEN];
-  PetscMPIInt     rank;
+  char        path[2 * MPM_TEXT_LEN];
+  PetscMPIInt rank;
 
   PetscFunctionBeginUser;
   fault[0] = 0;

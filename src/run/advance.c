@@ -130,8 +130,8 @@ static PetscReal NextTime(MPM mpm)
 static PetscErrorCode Try(MPM mpm, PetscReal dt)
 {
   MPMCore *core = &mpm->core;
-  /* The last step ends at time_end, or at an exact time of output. It may be slightly longer than dt, so that no step is
-     made for a rounding error. The steps up to there are equally long if dt does not change: a last one that is much
+  /* The last step ends at time_end, or at an exact time of output. It may be slightly longer than dt, so that no step
+     is made for a rounding error. The steps up to there are equally long if dt does not change: a last one that is much
      shorter would be a sudden change of dt. Of a fixed dt only the last one is shorter. */
   const PetscReal next = NextTime(mpm), left = next - core->t;
   const PetscBool last = left <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
@@ -140,7 +140,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscFunctionBeginUser;
   core->params.kick = MPMKick(core->step ? core->params.dt : now, now);
   if (core->grid.total && !core->implicit && (!core->step || core->damping.rest)) core->params.kick = 0.5 * now;
-  core->params.dt   = now;
+  core->params.dt = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   PetscCall(MPMSceneMoveRigids(&mpm->scene, core, core->t + 0.5 * core->params.dt));
@@ -170,8 +170,8 @@ static PetscErrorCode TellRetry(MPM mpm, const char why[], PetscReal dt)
 }
 
 /* Makes a step; while it fails, it is undone and made with half the time step. No step is shorter than normal / 2^most,
-   where normal is what the state allows, or what is left of the time: so a run in which steps fail again and again ends.
-   Afterwards the time step grows again, until it is the normal one. Collective on the exchange. */
+   where normal is what the state allows, or what is left of the time: so a run in which steps fail again and again
+   ends. Afterwards the time step grows again, until it is the normal one. Collective on the exchange. */
 static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
 {
   MPMCore        *core   = &mpm->core;
@@ -220,8 +220,8 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets matter flow in that has come to the front of its source. The next step is as short as it needs. Collective on the
-   exchange. */
+/* Lets matter flow in that has come to the front of its source. The next step is as short as it needs. Collective on
+   the exchange. */
 static PetscErrorCode Enter(MPM mpm)
 {
   MPMCore  *core = &mpm->core;
@@ -243,8 +243,8 @@ static PetscErrorCode Enter(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ends a step whose state is valid: particles outside the grid are counted, the first one is named, and they are removed
-   when the step is settled. Collective on the exchange. */
+/* Ends a step whose state is valid: particles outside the grid are counted, the first one is named, and they are
+   removed when the step is settled. Collective on the exchange. */
 static PetscErrorCode End(MPM mpm)
 {
   MPMCore *core = &mpm->core;
@@ -304,7 +304,8 @@ static PetscErrorCode PrintLost(MPM mpm)
   PetscFunctionBeginUser;
   if (particles->flows)
     PetscCall(MPMPrint(&mpm->core.print,
-                       "sources    %" PetscInt64_FMT " particles have not flowed in yet; what flowed in, less what left, is %.3g kg\n",
+                       "sources    %" PetscInt64_FMT
+                       " particles have not flowed in yet; what flowed in, less what left, is %.3g kg\n",
                        particles->waiting, -(double)now->sum[MPM_SHOWS_lost_mass][0]));
   if (!left || particles->flows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print,
@@ -312,8 +313,7 @@ static PetscErrorCode PrintLost(MPM mpm)
                      " particles %s, with %.3g of %.3g kg, momentum (",
                      particles->born - particles->total, particles->born,
                      particles->removed ? "left with their bodies or left the grid" : "left the grid and were removed",
-                     (double)now->sum[MPM_SHOWS_lost_mass][0],
-                     (double)mpm->monitor.start.sum[MPM_SHOWS_mass][0]));
+                     (double)now->sum[MPM_SHOWS_lost_mass][0], (double)mpm->monitor.start.sum[MPM_SHOWS_mass][0]));
   for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
     PetscCall(MPMPrint(&mpm->core.print, "%s%.3g", d ? ", " : "", (double)now->sum[MPM_SHOWS_lost_momentum][d]));
   PetscCall(MPMPrint(&mpm->core.print, ") kg m/s and energy %.3g J\n",

@@ -45,8 +45,8 @@ struct _p_MPM {
   MPMScene         scene;
   MPMMethod        method;
   char             aside[MPM_TEXT_LEN]; /* options of a file that stand aside in the total frame */
-  const MPMPreset *preset;       /* what options of the method are that were not given */
-  PetscBool        preset_given; /* -method_preset was */
+  const MPMPreset *preset;              /* what options of the method are that were not given */
+  PetscBool        preset_given;        /* -method_preset was */
   MPMTime          time;
   MPMMonitor       monitor;
   MPMOutput        output;
@@ -89,8 +89,9 @@ PetscErrorCode MPMStaticsRead(MPM, MPMOptions); /* -method_time and what belongs
 PetscErrorCode MPMPrintStart(MPM);
 PetscErrorCode MPMPrintEnd(MPM);
 
-/* The step of the loop (advance.c): read its options, list the fields that it changes, make it, print at the end what was
-   undone and what left the grid. A reason to stop is left in core.stop. The last two are collective on exchange.data. */
+/* The step of the loop (advance.c): read its options, list the fields that it changes, make it, print at the end what
+   was undone and what left the grid. A reason to stop is left in core.stop. The last two are collective on
+   exchange.data. */
 PetscErrorCode MPMAdvanceSetFromOptions(MPM, MPMOptions);
 void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
@@ -103,7 +104,8 @@ MPM_INLINE PetscBool MPMEnds(const MPM mpm)
 }
 
 /* Makes the runs of all stages, one after the other (stages.c). Collective on PETSC_COMM_WORLD. */
-PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status), int *status);
+PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status),
+                            int *status);
 
 /* Lists the variables of a run, an MPM, at this moment (state.c). Not collective. */
 void MPMStateList(void *run, MPMVariables *);

@@ -5,16 +5,16 @@
    starts a part of its spacing inside.
 
    The particles of a body of revolution have the mass of the circle on which they are, so there is a kind for each
-   column of its lattice. Where the lattice leaves a gap between a wall and their domains, their stress acts in all of the
-   volume up to the wall. */
+   column of its lattice. Where the lattice leaves a gap between a wall and their domains, their stress acts in all of
+   the volume up to the wall. */
 #include "base/algebra.h"
 #include "kernels/cell.h"
 #include "scene/at_walls.h"
 #include "scene/lattice.h"
 
-#define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
-#define OFF_WALL 0.1
-#define SAME     1e-9 /* of the volume */
+#define ON_WALL   1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
+#define OFF_WALL  0.1
+#define SAME      1e-9 /* of the volume */
 #define COLUMN    MPM_AT_WALLS_COLUMN
 #define NEAR_AXIS 3               /* cells from the axis within which volumes are chosen for it */
 #define NODES     (NEAR_AXIS + 2) /* at the nodes that have particles there */
@@ -222,6 +222,6 @@ PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBod
     }
     number = 3 * number + digit;
   }
-  return b->columns[COLUMN * (PetscInt)(PetscFloorReal((X[0] - b->offset[0]) / b->b[0]) - (PetscReal)b->column) +
-                    number];
+  return b
+      ->columns[COLUMN * (PetscInt)(PetscFloorReal((X[0] - b->offset[0]) / b->b[0]) - (PetscReal)b->column) + number];
 }

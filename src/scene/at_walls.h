@@ -5,8 +5,8 @@
 
 #include "scene/scene.h"
 
-/* Returns the radius at which the particle of a body of revolution starts whose place of the lattice is at r, m: the middle
-   of what is right of the axis. */
+/* Returns the radius at which the particle of a body of revolution starts whose place of the lattice is at r, m: the
+   middle of what is right of the axis. */
 PetscReal MPMAtWallsRadius(const MPMBody *, PetscReal r);
 
 /* Moves the place x [dim], m, of a particle of body b inside the grid if no particle can start there. */

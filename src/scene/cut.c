@@ -1,17 +1,18 @@
 /* cut.c - the volumes of particles at the surface of a body.
 
-   The particles of a body are those whose places of the lattice have their centre in it. If all of them had the volume of
-   a whole place, they would represent a curved or slanting surface by steps, and one between two places by its nearest
-   place; the error does not fall faster than h. So a particle has the volume, and starts at the centroid, of the part of
-   its place that is in the body. What the body has of a place whose centre is outside belongs to the particle that is
-   nearest to the centroid of it, among the neighbours of that place. A place is divided into parts, each of which is in or
-   out by its centre; so volumes and masses are multiples of one part, and a row of the table of kinds for each number of
-   parts is all that is needed: nothing for a particle, and nothing in a step. (Volumes and centroids of cut places are
-   used by embedded-boundary methods; in MPM they keep the integration of the first cells consistent.)
+   The particles of a body are those whose places of the lattice have their centre in it. If all of them had the volume
+   of a whole place, they would represent a curved or slanting surface by steps, and one between two places by its
+   nearest place; the error does not fall faster than h. So a particle has the volume, and starts at the centroid, of
+   the part of its place that is in the body. What the body has of a place whose centre is outside belongs to the
+   particle that is nearest to the centroid of it, among the neighbours of that place. A place is divided into parts,
+   each of which is in or out by its centre; so volumes and masses are multiples of one part, and a row of the table of
+   kinds for each number of parts is all that is needed: nothing for a particle, and nothing in a step. (Volumes and
+   centroids of cut places are used by embedded-boundary methods; in MPM they keep the integration of the first cells
+   consistent.)
 
-   A cut place of a body of revolution has the volume of its area times the way of its centroid around the axis (Pappus), so
-   there the table has a row for each such volume. What is left of the axis is the mirror image of the body, which has no
-   particles. */
+   A cut place of a body of revolution has the volume of its area times the way of its centroid around the axis
+   (Pappus), so there the table has a row for each such volume. What is left of the axis is the mirror image of the
+   body, which has no particles. */
 #include "scene/at_walls.h"
 #include "scene/cut.h"
 #include "scene/kinds.h"
@@ -20,12 +21,13 @@
 #define PLACES 27   /* of a neighbourhood: 3^dim are used */
 #define TIE    1e-9 /* spacings squared: places as near as this share alike, as symmetry wants it */
 #define MEMO   8192
-#define SPLIT  12   /* a part of a place is as many parts as can be shared by 2, 3, 4, 6 or 12 */
+#define SPLIT  12 /* a part of a place is as many parts as can be shared by 2, 3, 4, 6 or 12 */
 
 static const PetscInt along[] = {1024, 16, 8}; /* parts of a place on each axis, by the dimension less one */
 
-/* A place whose centre is outside of the body, next to one inside: how many of its parts are in the body, and the sum of
-   their places relative to its centre, in spacings; which of its neighbours share them (bits), and how many these are. */
+/* A place whose centre is outside of the body, next to one inside: how many of its parts are in the body, and the sum
+   of their places relative to its centre, in spacings; which of its neighbours share them (bits), and how many these
+   are. */
 typedef struct {
   const MPMBody *body; /* NULL: nothing is here yet */
   PetscInt64     ijk[3];
@@ -33,7 +35,8 @@ typedef struct {
   PetscReal      sum[3];
 } Outer;
 
-/* The places outside that were examined last, each where its number is mapped to: up to 9 particles ask for the same one. */
+/* The places outside that were examined last, each where its number is mapped to: up to 9 particles ask for the same
+   one. */
 struct _MPMCutMemo {
   Outer outer[MEMO];
 };
@@ -62,8 +65,8 @@ PetscInt MPMCutParts(PetscInt dim)
   return n;
 }
 
-/* Sets to [dim] to place q of the neighbourhood of the place ijk [dim], and y [dim], m, to its centre, with the bits that the
-   lattice has (lattice.c). */
+/* Sets to [dim] to place q of the neighbourhood of the place ijk [dim], and y [dim], m, to its centre, with the bits
+   that the lattice has (lattice.c). */
 static void Neighbour(const MPMBody *b, PetscInt dim, const PetscInt64 ijk[], PetscInt q, PetscInt64 to[],
                       PetscReal y[])
 {
@@ -81,11 +84,11 @@ static PetscBool Inside(const MPMBody *b, PetscInt dim, const PetscReal y[])
   return MPMRegionInside(&b->region, dim, right);
 }
 
-/* Returns whether the parts at all corners of the place x [dim], m, are in the body: then in a solid shape all are, since
-   these are convex (region.def). */
+/* Returns whether the parts at all corners of the place x [dim], m, are in the body: then in a solid shape all are,
+   since these are convex (region.def). */
 static PetscBool Corners(const MPMBody *b, PetscInt dim, const PetscReal x[])
 {
-  const PetscReal far = 0.5 - 0.5 / (PetscReal)along[dim - 1];
+  const PetscReal far  = 0.5 - 0.5 / (PetscReal)along[dim - 1];
   PetscReal       y[3] = {0};
 
   for (PetscInt k = 0; k < 1 << dim; k++) {
@@ -95,8 +98,8 @@ static PetscBool Corners(const MPMBody *b, PetscInt dim, const PetscReal x[])
   return PETSC_TRUE;
 }
 
-/* Returns how many parts of the place x [dim], m, are in the body, and sets sum [dim] to the sum of their places relative to
-   x, in spacings. */
+/* Returns how many parts of the place x [dim], m, are in the body, and sets sum [dim] to the sum of their places
+   relative to x, in spacings. */
 static PetscInt Parts(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscReal sum[])
 {
   const PetscInt last = dim - 1, n = along[last];
@@ -129,8 +132,8 @@ static PetscInt Parts(const MPMBody *b, PetscInt dim, const PetscReal x[], Petsc
 /* Returns what the body has of the place ijk [dim] with its centre at x [dim], m, outside. */
 static const Outer *Find(const MPMBody *b, PetscInt dim, PetscInt places, const PetscInt64 ijk[], const PetscReal x[])
 {
-  const PetscInt64 number = ijk[0] + 37 * (dim > 1 ? ijk[1] : 0) + 1009 * (dim > 2 ? ijk[2] : 0);
-  Outer           *o      = &b->memo->outer[((number % MEMO) + MEMO) % MEMO];
+  const PetscInt64 number  = ijk[0] + 37 * (dim > 1 ? ijk[1] : 0) + 1009 * (dim > 2 ? ijk[2] : 0);
+  Outer           *o       = &b->memo->outer[((number % MEMO) + MEMO) % MEMO];
   PetscReal        nearest = PETSC_INFINITY, y[3] = {0};
   PetscInt64       to[3];
 
@@ -203,8 +206,8 @@ static PetscInt Most(PetscInt dim)
 /* --- Kinds -------------------------------------------------------------------------------------------------------- */
 
 /* Returns the kind of a particle of a body of revolution, before it is in the table. row: that of a whole place. */
-static MPMKind Ring(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[], PetscInt parts,
-                    const PetscReal X[], PetscInt *row)
+static MPMKind Ring(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[],
+                    PetscInt parts, const PetscReal X[], PetscInt *row)
 {
   const PetscReal share = (PetscReal)parts / (PetscReal)MPMCutParts(2) * (X[0] / MPMAtWallsRadius(b, place[0]));
   MPMKind         kind;
@@ -235,8 +238,8 @@ static void Unique(MPMKind rings[], PetscInt *n)
   *n = PetscMin(*n, last + 1);
 }
 
-PetscErrorCode MPMCutNote(const MPMScene *scene, const MPMCore *core, MPMBody *b, const PetscReal place[], PetscInt parts,
-                          const PetscReal X[])
+PetscErrorCode MPMCutNote(const MPMScene *scene, const MPMCore *core, MPMBody *b, const PetscReal place[],
+                          PetscInt parts, const PetscReal X[])
 {
   PetscInt row;
 
@@ -321,8 +324,8 @@ PetscErrorCode MPMCutEnd(MPMScene *scene, const MPMCore *core, MPMBody *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscInt MPMCutKind(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[], PetscInt parts,
-                    const PetscReal X[])
+PetscInt MPMCutKind(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal place[],
+                    PetscInt parts, const PetscReal X[])
 {
   PetscInt row, from = b->ring, to = b->ring + b->nrings; /* it is in from .. to-1 */
   MPMKind  kind;

@@ -5,22 +5,23 @@
 
 #include "scene/scene.h"
 
-/* Reads whether bodies are cut; those of revolution are so in the updated frame only if it is asked for. The first fault is left in o. Not collective. */
+/* Reads whether bodies are cut; those of revolution are so in the updated frame only if it is asked for. The first
+   fault is left in o. Not collective. */
 PetscErrorCode MPMCutSetFromOptions(MPMScene *, MPMOptions);
 
-/* Returns how many parts of MPMCutParts(dim) to a place the particle with lattice place `place` [dim], m, has, and sets X
-   [dim], m, to their centroid. With -method_rim whole that is all of its place. Not collective. */
+/* Returns how many parts of MPMCutParts(dim) to a place the particle with lattice place `place` [dim], m, has, and sets
+   X [dim], m, to their centroid. With -method_rim whole that is all of its place. Not collective. */
 PetscInt MPMCutParts(PetscInt dim);
 PetscInt MPMCut(const MPMBody *, PetscInt dim, const PetscReal place[], PetscReal X[]);
 
-/* Begin to note what parts of places a body's particles have, note one, and add the kinds of all that there are to those of
-   the scene, where the body's own kind is known; the last is collective on core->comm. The fourth function returns the
-   kind of a particle, for which MPMCut gave the parts and X. */
+/* Begin to note what parts of places a body's particles have, note one, and add the kinds of all that there are to
+   those of the scene, where the body's own kind is known; the last is collective on core->comm. The fourth function
+   returns the kind of a particle, for which MPMCut gave the parts and X. */
 PetscErrorCode MPMCutBegin(MPMBody *, PetscInt dim);
 PetscErrorCode MPMCutNote(const MPMScene *, const MPMCore *, MPMBody *, const PetscReal place[], PetscInt parts,
                           const PetscReal X[]);
 PetscErrorCode MPMCutEnd(MPMScene *, const MPMCore *, MPMBody *);
-PetscInt MPMCutKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal place[], PetscInt parts,
-                    const PetscReal X[]);
+PetscInt       MPMCutKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal place[], PetscInt parts,
+                          const PetscReal X[]);
 
 #endif

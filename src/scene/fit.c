@@ -114,5 +114,6 @@ void MPMFitPlace(const MPMBody *b, PetscBool huge, char text[], size_t len)
   else if (b->region.type == MPM_REGION_stl)
     (void)snprintf(text, len, "; -body_%s_scale and -body_%s_shift change its size and place", b->name, b->name);
   else
-    (void)snprintf(text, len, "; see -body_%s_%.*s, -grid_lower and -grid_upper", b->name, (int)strcspn(first, " "), first);
+    (void)snprintf(text, len, "; see -body_%s_%.*s, -grid_lower and -grid_upper", b->name, (int)strcspn(first, " "),
+                   first);
 }

@@ -3,9 +3,9 @@
 
    A load acts on the sides of a body that are surface: those where the neighbour on the lattice was not in the body at
    the start. Such a side has the normal N of that side of the box around a particle. The force per area at the start is
-   T, for a pressure p it is T = -p J F^-T N (Nanson's formula for the deformed surface). It acts as physics/skin.h says:
-   b has the body force, and S, Pa, the stress w T (x) N as a Kirchhoff stress, w T (x) F N. T is that of the place at the
-   surface; its F is taken from the particle, whose column it is. */
+   T, for a pressure p it is T = -p J F^-T N (Nanson's formula for the deformed surface). It acts as physics/skin.h
+   says: b has the body force, and S, Pa, the stress w T (x) N as a Kirchhoff stress, w T (x) F N. T is that of the
+   place at the surface; its F is taken from the particle, whose column it is. */
 #include "physics/skin.h"
 #include "scene/scene.h"
 
@@ -155,13 +155,13 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
                               PetscInt p, PetscReal t, PetscReal b[], PetscReal S[])
 {
   const PetscInt     dim = core->grid.dim, *depth = view->depth ? view->depth + 2 * dim * p : NULL;
-  const MPMBody     *body = &scene->bodies[load->body];
-  const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind];
+  const MPMBody     *body  = &scene->bodies[load->body];
+  const MPMKind     *kind  = &scene->kinds[view->kind ? view->kind[p] : body->kind];
   const PetscReal    whole = !body->round ? scene->kinds[body->kind].V0
                              : body->memo ? 2 * PETSC_PI * view->X[p * dim] * body->b[0] * body->b[1]
                                           : kind->V0;
-  const MPMMaterial *m    = &scene->materials[body->material];
-  const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
+  const MPMMaterial *m     = &scene->materials[body->material];
+  const PetscBool    thin  = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
   PetscReal          F[9], cofactor[9];
 
   PetscFunctionBeginUser;
@@ -236,10 +236,11 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets S [dim*dim], Pa, to the stress that pressures give particle p, and B [dim][nc], m/s^2, and P [nc][nc], Pa, to the
-   derivatives by F, of bodies of revolution then F33 (nc), of what they give it: the body force b, and S F^-T, which acts in the
-   reference state. They are central differences, which are exact but for rounding, since a pressure is of second order in
-   F at most. *any: it has some. The view has F and F33, which are changed and put back. Not collective. */
+/* Sets S [dim*dim], Pa, to the stress that pressures give particle p, and B [dim][nc], m/s^2, and P [nc][nc], Pa, to
+   the derivatives by F, of bodies of revolution then F33 (nc), of what they give it: the body force b, and S F^-T,
+   which acts in the reference state. They are central differences, which are exact but for rounding, since a pressure
+   is of second order in F at most. *any: it has some. The view has F and F33, which are changed and put back. Not
+   collective. */
 PetscErrorCode MPMForcesTangent(const MPMScene *scene, const MPMCore *core, MPMView *view, PetscInt p, PetscReal t,
                                 PetscReal S[], PetscReal B[], PetscReal P[], PetscBool *any)
 {
@@ -298,8 +299,8 @@ static PetscErrorCode PushRigids(const MPMScene *scene, MPMCore *core, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the fields b, m/s^2, and S, Pa, of the particles here, and the body force on free rigid bodies, for the time t, s.
-   Collective on exchange.data. */
+/* Sets the fields b, m/s^2, and S, Pa, of the particles here, and the body force on free rigid bodies, for the time t,
+   s. Collective on exchange.data. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;

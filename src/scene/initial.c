@@ -51,7 +51,7 @@ static PetscErrorCode ReadRatios(const MPMScene *scene, MPMInitial *in, MPMOptio
 /* Reads -initial_stress and -body_<b>_deformation. The first fault is left in o. Not collective. */
 PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
-  const PetscInt dim                = core->grid.dim, n = dim * (dim + 1) / 2 + core->grid.round;
+  const PetscInt dim = core->grid.dim, n = dim * (dim + 1) / 2 + core->grid.round;
   char           what[MPM_TEXT_LEN] = "none";
   PetscInt       axes               = 0;
   PetscBool      deformed           = PETSC_FALSE;
@@ -83,7 +83,8 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
   in->stressed = PETSC_TRUE;
   if (strcasecmp(what, "k0")) {
     if (dim > 1 && !strpbrk(what, ",")) /* no formula, but a word */
-      MPMOptionsFail(o, "-initial_stress %.100s: choose none, k0, or a formula of %" PetscInt_FMT " components", what, n);
+      MPMOptionsFail(o, "-initial_stress %.100s: choose none, k0, or a formula of %" PetscInt_FMT " components", what,
+                     n);
     PetscCall(MPMOptionsExpression(o, "initial_stress", NULL, "xyz", n, &in->stress));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -129,7 +130,8 @@ PetscErrorCode MPMInitialDestroy(MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].deformation));
   if (!in) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < scene->nbodies && in->line; k++) PetscCall(PetscFree3(in->line[k].above, in->line[k].own, in->line[k].middle));
+  for (PetscInt k = 0; k < scene->nbodies && in->line; k++)
+    PetscCall(PetscFree3(in->line[k].above, in->line[k].own, in->line[k].middle));
   PetscCall(MPMExpressionDestroy(&in->stress));
   PetscCall(PetscFree(in->k0));
   PetscCall(PetscFree(in->line));
@@ -175,7 +177,7 @@ static PetscErrorCode FindLine(const MPMScene *scene, const MPMCore *core, Petsc
     const PetscInt64 at = in->g < 0 ? line->n - 1 - k : k;
     PetscReal        X[3];
 
-    y[a]            = ((PetscReal)(line->first + at) + 0.5) * b->b[a] + b->offset[a];
+    y[a]             = ((PetscReal)(line->first + at) + 0.5) * b->b[a] + b->offset[a];
     line->above[at]  = sum;
     line->own[at]    = 0;
     line->middle[at] = y[a];
@@ -188,8 +190,8 @@ static PetscErrorCode FindLine(const MPMScene *scene, const MPMCore *core, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets *weight to the weight per area of all matter above x [dim], m, in Pa: that of particles whose boxes lie above it,
-   and a part of the box in which it lies, which is a half for the particle there. */
+/* Sets *weight to the weight per area of all matter above x [dim], m, in Pa: that of particles whose boxes lie above
+   it, and a part of the box in which it lies, which is a half for the particle there. */
 static PetscErrorCode Weight(const MPMScene *scene, const MPMCore *core, const PetscReal x[], PetscReal *weight)
 {
   const MPMInitial *in = scene->initial;
@@ -225,12 +227,14 @@ static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char tex
                    (double)tau[MPMSymPlace((int)dim, k)]);
 }
 
-/* Writes what is probably wrong where a stress cannot be, "; ..."; of stresses by weight also the option that can change it. */
-static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, const PetscReal tau[], char text[MPM_TEXT_LEN / 4])
+/* Writes what is probably wrong where a stress cannot be, "; ..."; of stresses by weight also the option that can
+   change it. */
+static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, const PetscReal tau[],
+                 char text[MPM_TEXT_LEN / 4])
 {
-  const PetscBool fluid              = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal modulus            = fluid ? m->K : m->lambda + 2 * m->mu;
-  PetscReal       angle = 90, most   = 0;
+  const PetscBool fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal modulus = fluid ? m->K : m->lambda + 2 * m->mu;
+  PetscReal       angle = 90, most = 0;
   char            name[3 * MPM_NAME_LEN];
 
   text[0] = 0;
@@ -245,7 +249,9 @@ static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, 
                    (double)(angle * 180 / PETSC_PI));
   else if (!beyond && most > 0.1 * modulus)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; -material_%s_%s is too small for such a stress, both are in Pa", m->name,
-                   fluid ? "K" : MPMListHas(m->type->parameters, "E") ? "E" : "c0");
+                   fluid                                  ? "K"
+                   : MPMListHas(m->type->parameters, "E") ? "E"
+                                                          : "c0");
   else if (beyond && !scene->initial->stress)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; choose -material_%s_k0", m->name);
 }
@@ -286,10 +292,9 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else
-    (void)snprintf(wrong, MPM_TEXT_LEN,
-                   "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s%s", b->name,
-                   m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "", why[0] == 'b' ? can : "",
-                   why[0] == 'b' ? " Pa" : "", hint);
+    (void)snprintf(wrong, MPM_TEXT_LEN, "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s%s",
+                   b->name, m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "",
+                   why[0] == 'b' ? can : "", why[0] == 'b' ? " Pa" : "", hint);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

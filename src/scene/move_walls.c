@@ -103,8 +103,8 @@ void MPMScenePassWalls(MPMScene *scene, const MPMCore *core, PetscReal dt)
   MPMWallsReachTo(w, &core->grid, core->basis);
 }
 
-/* Writes to `text` which pistons at the places [6], m, have met, reached the opposite face or left through their own, if some
-   have; else nothing. */
+/* Writes to `text` which pistons at the places [6], m, have met, reached the opposite face or left through their own,
+   if some have; else nothing. */
 static void WhereTo(const MPMScene *scene, const MPMGrid *grid, const PetscReal place[], const char time[],
                     char text[MPM_TEXT_LEN])
 {
@@ -116,7 +116,8 @@ static void WhereTo(const MPMScene *scene, const MPMGrid *grid, const PetscReal 
 
     if (scene->walls.given[k / 2][k % 2].type != MPM_WALL_piston) continue;
     if (place[k] < -1e-9 * length)
-      (void)snprintf(text, MPM_TEXT_LEN, "the piston of -bc_%s_type leaves the grid through its face%s", MPMFaceNames[k], time);
+      (void)snprintf(text, MPM_TEXT_LEN, "the piston of -bc_%s_type leaves the grid through its face%s",
+                     MPMFaceNames[k], time);
     else if (two && place[k] + place[other] > (1 - 1e-9) * length)
       (void)snprintf(text, MPM_TEXT_LEN, "the pistons of -bc_%s_type and -bc_%s_type meet%s", MPMFaceNames[k],
                      MPMFaceNames[other], time);

@@ -70,11 +70,11 @@ static PetscBool LiesIn(PetscInt dim, const Place *a, const Place *b)
 /* Refuses bodies a and b if a particle of one lies in one of the other. Collective on core->comm. */
 static PetscErrorCode Compare(const MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *a, const MPMBody *b)
 {
-  const PetscInt dim  = core->grid.dim;
-  const PetscReal far = 2 * PetscMax(MostHalf(scene, core, a, 0), MostHalf(scene, core, b, 0));
-  Place         *mine = NULL, *all;
-  PetscMPIInt    size, count, *counts, *from, total = 0;
-  PetscInt       n = 0;
+  const PetscInt  dim  = core->grid.dim;
+  const PetscReal far  = 2 * PetscMax(MostHalf(scene, core, a, 0), MostHalf(scene, core, b, 0));
+  Place          *mine = NULL, *all;
+  PetscMPIInt     size, count, *counts, *from, total = 0;
+  PetscInt        n = 0;
 
   PetscFunctionBeginUser;
   PetscCall(List(scene, core, a, b, &mine, &n));

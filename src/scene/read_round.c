@@ -1,5 +1,5 @@
-/* read_round.c - what bodies of revolution (-geometry axisymmetric) do not have, refused by name, and the affine velocity
-   with which they start. It is used before the first step. */
+/* read_round.c - what bodies of revolution (-geometry axisymmetric) do not have, refused by name, and the affine
+   velocity with which they start. It is used before the first step. */
 #include "scene/scene.h"
 
 /* Returns whether a shape is the mirror image of itself on the other side of the axis, so that the half of it where
@@ -21,7 +21,7 @@ static void CheckBody(const MPMBody *b, MPMOptions o)
   }
   if (b->deformation)
     MPMOptionsFail(o, "-body_%s_deformation does not apply: with -geometry axisymmetric give -initial_stress", b->name);
-  if (b->alone && !b->rigid) return; /* a shape that cuts others may be anywhere */
+  if (b->alone && !b->rigid) return;                              /* a shape that cuts others may be anywhere */
   if (b->rigid && b->region.type == MPM_REGION_halfspace) return; /* its part in the grid is a cone */
   MPMRegionBounds(&b->region, 2, lower, upper);
   if (lower[0] < 0 && !IsMirrored(&b->region))

@@ -19,12 +19,12 @@ static const struct {
 
 static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt number, MPMOptions o)
 {
-  const char *name               = MPMFaceNames[number];
+  const char     *name = MPMFaceNames[number];
   const PetscBool axis = number == 0 && core->grid.round && core->grid.lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  MPMFace    *face               = &scene->walls.given[number / 2][number % 2];
-  char        type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
-  const char *taken;
-  PetscInt    row;
+  MPMFace        *face = &scene->walls.given[number / 2][number % 2];
+  char            type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
+  const char     *taken;
+  PetscInt        row;
   PetscBool       set;
 
   PetscFunctionBeginUser;

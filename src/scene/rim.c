@@ -58,7 +58,8 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const
   PetscReal far = PETSC_INFINITY, size = 1, moved = 0;
 
   for (PetscInt d = 0; d < dim; d++) rim[d] = 0;
-  for (int only = 1; only >= 0 && side < 0; only--) /* the nearest side on which the neighbour is missing, at a wall first */
+  for (int only = 1; only >= 0 && side < 0;
+       only--) /* the nearest side on which the neighbour is missing, at a wall first */
     for (PetscInt k = 0; k < 2 * dim; k++) {
       PetscReal at;
 
@@ -69,10 +70,11 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const
       side = k;
     }
   if (side < 0) return;
-  for (PetscInt e = 0; e < dim; e++) { /* the normal of the plane through the surface there and half a spacing beside it */
-    PetscReal       by    = 0.5 * b->b[e];
-    PetscReal       lower = far, upper = far;
-    PetscBool       below, above;
+  for (PetscInt e = 0; e < dim;
+       e++) { /* the normal of the plane through the surface there and half a spacing beside it */
+    PetscReal by    = 0.5 * b->b[e];
+    PetscReal lower = far, upper = far;
+    PetscBool below, above;
 
     if (e == side / 2) {
       rim[e] = side % 2 ? 1 : -1;
@@ -118,17 +120,16 @@ static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscIn
   return n;
 }
 
-/* Returns the area of a column of particles, over that of the lattice, that begins with the surface's particle at top [dim],
-   m, along side k, and has so many layers, at most `most`: that of the innermost layer that takes a part of the load
-   and is not cut along the column. */
+/* Returns the area of a column of particles, over that of the lattice, that begins with the surface's particle at top
+   [dim], m, along side k, and has so many layers, at most `most`: that of the innermost layer that takes a part of the
+   load and is not cut along the column. */
 static PetscReal Area(const MPMBody *b, PetscInt dim, const PetscReal top[], PetscInt k, PetscInt layers, PetscInt most)
 {
   const PetscInt in = PetscMin(layers - 2, most - 1);
   PetscReal      x[3], X[3];
 
   if (in < 1) return 1;
-  for (PetscInt d = 0; d < dim; d++)
-    x[d] = top[d] + (d == k / 2 ? (PetscReal)(k % 2 ? -in : in) * b->b[d] : 0);
+  for (PetscInt d = 0; d < dim; d++) x[d] = top[d] + (d == k / 2 ? (PetscReal)(k % 2 ? -in : in) * b->b[d] : 0);
   return (PetscReal)MPMCut(b, dim, x, X) / (PetscReal)MPMCutParts(dim);
 }
 

@@ -170,8 +170,8 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[kind->material];
 }
 
-/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. Of a law that gets hot, the rise of
-   its temperature is `theta`, K, if that is not NULL. */
+/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. Of a law that gets hot, the rise
+   of its temperature is `theta`, K, if that is not NULL. */
 static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, const PetscReal *theta)
 {
   PetscReal W;
@@ -328,8 +328,9 @@ static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const Pet
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
-/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving wall
-   holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 - flip. */
+/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving
+   wall holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 -
+   flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
                        const PetscInt ijk[], MPMEnergy *e)
 {
@@ -346,7 +347,8 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
     s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
-  if (e->mean != MPM_MEAN_PARTICLES && MPMContactsPush(core, ijk, push)) { /* there the strain is made before contact acts */
+  if (e->mean != MPM_MEAN_PARTICLES &&
+      MPMContactsPush(core, ijk, push)) { /* there the strain is made before contact acts */
     for (PetscInt d = 0; d < dim; d++) along += push[d] * (motion[d] - s[d]);
     for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
   }
@@ -366,8 +368,8 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const
   AddNode(core, n, ijk[0], motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 
-/* Adds what moved a node in the total frame along u [dim], the mean of its velocities before and after: its forces, gravity,
-   and the force of walls, which is in p. v: its velocity now, was: before. */
+/* Adds what moved a node in the total frame along u [dim], the mean of its velocities before and after: its forces,
+   gravity, and the force of walls, which is in p. v: its velocity now, was: before. */
 static void AddKick(const MPMCore *core, const MPMNode *n, const PetscReal v[], const PetscReal was[],
                     const PetscInt ijk[], MPMEnergy *e)
 {

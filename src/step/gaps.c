@@ -8,8 +8,8 @@
 #include "step/matter.h"
 #include "step/step.h"
 
-#define SPREAD 0.1 /* of what is beyond the nearest nodes */
-#define SUNK  0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
+#define SPREAD 0.1  /* of what is beyond the nearest nodes */
+#define SUNK   0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
 #define TIE    1e-9 /* cells: a particle in the middle between two nodes lies over both */
 
 PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
@@ -30,7 +30,8 @@ PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
   core->gaps = g;
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const PetscInt d = k / 2, s = k % 2;
-    MPMFace *const faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s], &w->residual[d][s]};
+    MPMFace *const faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s],
+                              &w->residual[d][s]};
 
     if (!MPMWallWaits(w->given[d][s].type)) continue;
     g->faces |= (PetscInt)1 << k;
@@ -52,8 +53,8 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[MPMKindOf(core->params.kinds, view, p)->material];
 }
 
-/* Returns how near, m, the end of particle p, at the distance `at`, m, from the wall of face k, is to that, or may come in
-   this step. How far the matter of what is too far away to arrive reaches is not computed. */
+/* Returns how near, m, the end of particle p, at the distance `at`, m, from the wall of face k, is to that, or may come
+   in this step. How far the matter of what is too far away to arrive reaches is not computed. */
 static PetscReal End(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at)
 {
   static const PetscReal rest[3];
@@ -74,12 +75,12 @@ static PetscReal End(const MPMCore *core, const MPMView *view, PetscInt p, Petsc
   return PetscMin(end, MPMMatterArrives(core, view, p, n, rest));
 }
 
-/* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end is, those
-   nearest to it. To those of a piston a body that keeps its shape tells it once more, since it can be pulled.
+/* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end
+   is, those nearest to it. To those of a piston a body that keeps its shape tells it once more, since it can be pulled.
 
-   Other nodes in its reach move it too, and their matter may be further from the wall. Where a particle's end has sunk into
-   it, the node that is so many cells beyond the nearest ones is stopped too, if the end has sunk by SPREAD times as many: so
-   sharp ends are held, and curved ones hardly notice. */
+   Other nodes in its reach move it too, and their matter may be further from the wall. Where a particle's end has sunk
+   into it, the node that is so many cells beyond the nearest ones is stopped too, if the end has sunk by SPREAD times
+   as many: so sharp ends are held, and curved ones hardly notice. */
 static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
                  PetscReal *rest)
 {
@@ -117,8 +118,8 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
       }
 }
 
-/* Returns the gap of node ijk [3] of face k, or if no particle lies over it the least one of the nodes beside it from whose
-   particles it may have mass. */
+/* Returns the gap of node ijk [3] of face k, or if no particle lies over it the least one of the nodes beside it from
+   whose particles it may have mass. */
 static PetscReal Nearby(const MPMCore *core, PetscInt k, const PetscInt ijk[], const PetscReal gap[])
 {
   const PetscInt reach = MPMBasisNodes(core->basis) / 2;
@@ -163,11 +164,11 @@ static void SetLeast(const MPMCore *core, PetscInt k)
 
 PetscErrorCode MPMGapsUpdate(MPMCore *core)
 {
-  const MPMGrid  *grid   = &core->grid;
-  const PetscInt  dim    = grid->dim,
-                 fields  = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
-  const PetscReal reach  = 0.5 * MPMBasisNodes(core->basis);
-  MPMGaps        *g      = core->gaps;
+  const MPMGrid *grid   = &core->grid;
+  const PetscInt dim    = grid->dim,
+                 fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
+  const PetscReal reach = 0.5 * MPMBasisNodes(core->basis);
+  MPMGaps        *g     = core->gaps;
   MPMView         view;
 
   PetscFunctionBeginUser;
@@ -175,7 +176,7 @@ PetscErrorCode MPMGapsUpdate(MPMCore *core)
   for (PetscInt i = 0; i < 2 * g->n; i++) g->gap[i] = PETSC_INFINITY;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    const PetscInt  d    = k / 2;
+    const PetscInt  d     = k / 2;
     const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal near = reach * grid->h[d], behind = moves ? -grid->h[d] : PETSC_MIN_REAL;
     PetscReal       plane, sign;

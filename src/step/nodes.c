@@ -13,8 +13,8 @@ static PetscBool RowWalled(const MPMParams *par, const MPMGrid *grid, const MPMN
   return PETSC_FALSE;
 }
 
-/* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. walled: one reaches
-   the whole row; lo, hi: the first node on x that no wall reaches, and the one after the last. */
+/* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. walled: one
+   reaches the whole row; lo, hi: the first node on x that no wall reaches, and the one after the last. */
 MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, PetscInt hi, PetscInt i, PetscInt ijk[])
 {
   ijk[0] = r->ijk[0] + i;
@@ -88,9 +88,9 @@ MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid 
   }
 }
 
-/* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to the
-   solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
-   nodes that met them in the advance. */
+/* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to
+   the solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold
+   the nodes that met them in the advance. */
 MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
                         PetscBool walled)
 {
@@ -109,9 +109,9 @@ MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid 
   }
 }
 
-/* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that of
-   the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the wall
-   only the velocities into it would be removed, and that would drive the oscillation. */
+/* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that
+   of the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the
+   wall only the velocities into it would be removed, and that would drive the oscillation. */
 MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
                               PetscBool walled)
 {
@@ -125,7 +125,8 @@ MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MP
 
     for (int d = 0; d < dim; d++) {
       kept[d] = v[d];
-      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) : 0;
+      if (!MPMNodeMet(r->value.met[i], d))
+        v[d] = n->m > 0 ? n->p[d] / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d) : 0;
     }
     if (!Walled(r, walled, lo, hi, i, ijk)) continue;
     (void)MPMWallsApply(faces, grid, ijk, 0, v);

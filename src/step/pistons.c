@@ -1,14 +1,14 @@
 /* pistons.c - planes that move through the grid: what they do to the nodes beside them. A piston acts on the columns of
-   nodes along its normal, one for each node of its face. If the matter of a column would come nearer to the plane than its
-   gap allows, or leave a piston that holds it, the piston gives it an impulse at its surface.
+   nodes along its normal, one for each node of its face. If the matter of a column would come nearer to the plane than
+   its gap allows, or leave a piston that holds it, the piston gives it an impulse at its surface.
 
    The surface of the matter has for node k the weight N_k = - sum_p V_p d phi_kp/dn, n away from the piston: by it the
-   column's matter ends with the velocity w = sum_k N_k v_k, where sum N_k = 1, and an impulse p there is the part N_k p of
-   node k. A uniform stress along n needs just these parts to be at rest, at every node, however little mass it has; with
-   other parts the last particles come off. w changes by p sum_k N_k^2/m_k.
+   column's matter ends with the velocity w = sum_k N_k v_k, where sum N_k = 1, and an impulse p there is the part N_k p
+   of node k. A uniform stress along n needs just these parts to be at rest, at every node, however little mass it has;
+   with other parts the last particles come off. w changes by p sum_k N_k^2/m_k.
 
-   This is done after each update of nodes from which particles take something: ADVANCE decides which columns are held, and
-   the others of the step follow. Nodes that another wall holds take what they get. The weights are sums of whole
+   This is done after each update of nodes from which particles take something: ADVANCE decides which columns are held,
+   and the others of the step follow. Nodes that another wall holds take what they get. The weights are sums of whole
    numbers, and the nodes of a column, which may be on several processes, are collected in sums of which all other terms
    are 0: both have the same bits in every sequence. docs/method.md has the formulas (Walls). */
 #include "kernels/cell.h"
@@ -103,7 +103,7 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
   const MPMGrid *grid   = &core->grid;
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(l),
                  dim    = grid->dim;
-  const PetscInt n = MPM_MAX_STENCIL * core->gaps->n;
+  const PetscInt n      = MPM_MAX_STENCIL * core->gaps->n;
   PetscMPIInt    count;
   MPMView        view;
 
@@ -131,7 +131,8 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
 /* A node beside a piston: its column, and which of the nodes beside the plane it is; is it held by another wall; is it
-   beyond another face, where gimp has nodes for domains that reach across it? It belongs to the column of the edge then. */
+   beyond another face, where gimp has nodes for domains that reach across it? It belongs to the column of the edge
+   then. */
 typedef struct {
   PetscInt  column, j;
   PetscBool held, beyond;
@@ -172,8 +173,8 @@ static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
                   .motion = r.motion + i * MPM_MOTION_NC(core->grid.dim),
                   .met    = r.value.met + i};
 
-      ijk[0]   = r.ijk[0] + i;
-      b.j      = MPMGridFold(grid, d, ijk[d]) - f->first;
+      ijk[0] = r.ijk[0] + i;
+      b.j    = MPMGridFold(grid, d, ijk[d]) - f->first;
       if (b.j < 0 || b.j >= f->beside) continue;
       b.column = MPMFaceNode(&core->grid, d, ijk);
       b.held   = HeldByOther(core, k, ijk);

@@ -1,7 +1,7 @@
-/* rest.c - whether the bodies are at rest: the largest force out of balance on a node, as a part of the largest force that
-   acts, after each step of a run that asks for it (-history_rest, -time_rest). With the kinetic energy over the strain
-   energy it says since when the bodies are at rest. It changes no state, and all its results are maxima, which have the
-   same bits on any number of processes. */
+/* rest.c - whether the bodies are at rest: the largest force out of balance on a node, as a part of the largest force
+   that acts, after each step of a run that asks for it (-history_rest, -time_rest). With the kinetic energy over the
+   strain energy it says since when the bodies are at rest. It changes no state, and all its results are maxima, which
+   have the same bits on any number of processes. */
 #include "parallel/exchange.h"
 #include "step/static.h"
 #include "step/step.h"
@@ -15,8 +15,8 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
   r->since = -1;
   if (core->implicit) {
     const PetscBool moves = core->implicit->inertia;
-    const char     *by = moves ? "-method_time euler or newmark" : "-method_time static";
-    const char     *why = moves ? "rest is looked for in explicit steps; static finds it" : "each step ends at rest";
+    const char     *by    = moves ? "-method_time euler or newmark" : "-method_time static";
+    const char     *why   = moves ? "rest is looked for in explicit steps; static finds it" : "each step ends at rest";
 
     PetscCall(MPMOptionsRefuse(o, "history_rest", "false", by, why));
     PetscCall(MPMOptionsRefuse(o, "time_rest", "0", by, why));
@@ -35,17 +35,16 @@ PetscReal MPMRestHold(const MPMCore *core)
 {
   PetscReal longest = 0;
 
-  for (PetscInt d = 0; d < core->grid.dim; d++)
-    longest = PetscMax(longest, core->grid.upper[d] - core->grid.lower[d]);
+  for (PetscInt d = 0; d < core->grid.dim; d++) longest = PetscMax(longest, core->grid.upper[d] - core->grid.lower[d]);
   return core->rest.hold > 0 ? core->rest.hold : 2 * longest / PetscSqrtReal(core->status.c2);
 }
 
-/* Raises largest [2] to the size of the force out of balance on node n, number i on x, and of the forces that act on it:
-   those of the stress and loads, which at a wall are what the wall bears, and its weight. */
+/* Raises largest [2] to the size of the force out of balance on node n, number i on x, and of the forces that act on
+   it: those of the stress and loads, which at a wall are what the wall bears, and its weight. */
 static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const PetscReal motion[], PetscReal largest[])
 {
-  const PetscInt   dim = core->grid.dim;
-  const PetscReal *g   = core->params.gravity;
+  const PetscInt   dim     = core->grid.dim;
+  const PetscReal *g       = core->params.gravity;
   PetscReal        size[3] = {0};
 
   for (PetscInt d = 0; d < dim; d++) {
@@ -59,8 +58,8 @@ static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const Pet
   largest[1] = PetscMax(largest[1], PetscMax(size[1], size[2]));
 }
 
-/* Raises *largest to the squared force of body forces and loads on a cell full of the matter of any particle: where loads
-   are in balance with each other, the sum of all forces on a node is 0. */
+/* Raises *largest to the squared force of body forces and loads on a cell full of the matter of any particle: where
+   loads are in balance with each other, the sum of all forces on a node is 0. */
 static PetscErrorCode AddLoads(MPMCore *core, PetscReal *largest)
 {
   const PetscInt dim = core->grid.dim, fields = MPM_BIT(kind) | MPM_BIT(b) | MPM_BIT(S);

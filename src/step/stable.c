@@ -10,17 +10,8 @@ static const struct {
   MPMBasis    basis;
   PetscReal   rest[2], crossing[NUM_KINDS];
 } rows[] = {
-#define MPM_WRONG(basis, update, transfer, least, most)
-#define MPM_GROWS(basis, update, steps)
-#define MPM_GROWS_ABOVE(basis, update, ...)
-#define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
-#undef MPM_STABLE
-#undef MPM_STABLE_TOTAL
-#undef MPM_GROWS
-#undef MPM_GROWS_ABOVE
-#undef MPM_WRONG
 };
 
 static const struct {
@@ -28,17 +19,8 @@ static const struct {
   MPMBasis    basis;
   PetscReal   steps;
 } grows[] = {
-#define MPM_WRONG(basis, update, transfer, least, most)
-#define MPM_STABLE_TOTAL(basis, first, second, third)
 #define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
-#define MPM_GROWS_ABOVE(basis, update, ...)
-#define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
-#undef MPM_STABLE
-#undef MPM_STABLE_TOTAL
-#undef MPM_GROWS
-#undef MPM_GROWS_ABOVE
-#undef MPM_WRONG
 };
 
 static const struct {
@@ -46,17 +28,8 @@ static const struct {
   MPMBasis    basis;
   PetscReal   steps[NUM_KINDS];
 } above[] = {
-#define MPM_WRONG(basis, update, transfer, least, most)
-#define MPM_STABLE_TOTAL(basis, first, second, third)
-#define MPM_GROWS(basis, update, steps)
 #define MPM_GROWS_ABOVE(basis, update, ...) {#update, MPM_BASIS_##basis, {__VA_ARGS__}},
-#define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
-#undef MPM_STABLE
-#undef MPM_STABLE_TOTAL
-#undef MPM_GROWS
-#undef MPM_GROWS_ABOVE
-#undef MPM_WRONG
 };
 
 static const struct {
@@ -65,30 +38,12 @@ static const struct {
   PetscReal   percent[2];
 } wrong[] = {
 #define MPM_WRONG(basis, update, transfer, least, most) {#update, #transfer, MPM_BASIS_##basis, {least, most}},
-#define MPM_GROWS(basis, update, steps)
-#define MPM_GROWS_ABOVE(basis, update, ...)
-#define MPM_STABLE_TOTAL(basis, first, second, third)
-#define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
-#undef MPM_STABLE
-#undef MPM_STABLE_TOTAL
-#undef MPM_GROWS
-#undef MPM_GROWS_ABOVE
-#undef MPM_WRONG
 };
 
 static const PetscReal total[MPM_NUM_BASES][MPM_MAX_MASS] = {
-#define MPM_WRONG(basis, update, transfer, least, most)
-#define MPM_GROWS(basis, update, steps)
-#define MPM_GROWS_ABOVE(basis, update, ...)
-#define MPM_STABLE(basis, update, rest, affine, ...)
 #define MPM_STABLE_TOTAL(basis, first, second, third) [MPM_BASIS_##basis] = {first, second, third},
 #include "step/stable.def"
-#undef MPM_STABLE
-#undef MPM_STABLE_TOTAL
-#undef MPM_GROWS
-#undef MPM_GROWS_ABOVE
-#undef MPM_WRONG
 };
 
 /* Sets the columns of a method: that at rest, and that where particles cross cells. */

@@ -6,10 +6,10 @@
 #include "scene/scene.h"
 #include "step/scheme.h"
 
-/* Makes a step from core->t over params.dt and params.kick, and ends it. After the first function core->status holds what the step
-   found, and particles and order are still where they were, so that the step can be undone (MPMParticlesPutBack). The
-   second one removes, migrates and sorts particles; it may not be called where the state is bad. Collective on the
-   exchange. */
+/* Makes a step from core->t over params.dt and params.kick, and ends it. After the first function core->status holds
+   what the step found, and particles and order are still where they were, so that the step can be undone
+   (MPMParticlesPutBack). The second one removes, migrates and sorts particles; it may not be called where the state is
+   bad. Collective on the exchange. */
 PetscErrorCode MPMStepMake(MPMCore *, const MPMScene *);
 PetscErrorCode MPMStepSettle(MPMCore *);
 
@@ -56,9 +56,9 @@ MPM_INLINE PetscReal MPMEnergyWall(const MPMCore *core, const MPMNode *n, PetscI
   return (a - other) * s + a * (u - s);
 }
 
-/* What walls give the matter (reactions.c), in core->reactions, if the history asks for some faces (bits). SetUp follows
-   the set-up of the step's program; MPMReactionsPhase adds what phase k of the program did, and is called before it too.
-   Not collective. */
+/* What walls give the matter (reactions.c), in core->reactions, if the history asks for some faces (bits). SetUp
+   follows the set-up of the step's program; MPMReactionsPhase adds what phase k of the program did, and is called
+   before it too. Not collective. */
 PetscErrorCode MPMReactionsCreate(MPMCore *, PetscInt faces);
 PetscErrorCode MPMReactionsDestroy(MPMCore *);
 void           MPMReactionsSetUp(MPMCore *);
@@ -71,30 +71,33 @@ PetscErrorCode MPMGapsCreate(MPMCore *, MPMWalls *);
 PetscErrorCode MPMGapsDestroy(MPMCore *);
 PetscErrorCode MPMGapsUpdate(MPMCore *);
 
-/* Pistons (pistons.c), in core->pistons, if there are any. Create follows MPMGapsCreate. MPMPistonsUpdate finds the weights of nodes
-   at the present positions, and MPMPistonsAfter follows a phase of nodes; both are collective on exchange.data. */
+/* Pistons (pistons.c), in core->pistons, if there are any. Create follows MPMGapsCreate. MPMPistonsUpdate finds the
+   weights of nodes at the present positions, and MPMPistonsAfter follows a phase of nodes; both are collective on
+   exchange.data. */
 PetscErrorCode MPMPistonsCreate(MPMCore *);
 PetscErrorCode MPMPistonsDestroy(MPMCore *);
 PetscErrorCode MPMPistonsUpdate(MPMCore *);
 PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 
-/* Contact (contact_find.c, contact.c), in core->contacts, if there is any: where bodies may meet at the present positions in
-   the step core->params.dt, and what they do to the nodes after a phase of these. MPMContactsSettle is for settled particles
-   whose cells are new: it finds which copies of the nodes are near each other, gives them their places, and settles the
-   particles once more where these change. All are collective on exchange.data. */
+/* Contact (contact_find.c, contact.c), in core->contacts, if there is any: where bodies may meet at the present
+   positions in the step core->params.dt, and what they do to the nodes after a phase of these. MPMContactsSettle is for
+   settled particles whose cells are new: it finds which copies of the nodes are near each other, gives them their
+   places, and settles the particles once more where these change. All are collective on exchange.data. */
 PetscErrorCode MPMContactsDestroy(MPMCore *);
 PetscErrorCode MPMContactsSettle(MPMCore *);
 PetscErrorCode MPMContactsFind(MPMCore *);
 PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
 
-/* Set dv [dim], m/s, to what contact gave node ijk [3] of the grid in the last phase, for what counts the impulses of walls
-   (reactions.c), or e [3] to its direction; returns whether it gave anything. Not collective. */
+/* Set dv [dim], m/s, to what contact gave node ijk [3] of the grid in the last phase, for what counts the impulses of
+   walls (reactions.c), or e [3] to its direction; returns whether it gave anything. Not collective. */
 void      MPMContactsGave(const MPMCore *, const PetscInt ijk[], PetscReal dv[]);
 PetscBool MPMContactsPush(const MPMCore *, const PetscInt ijk[], PetscReal e[]);
 
-/* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on walls at the
-   present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsMove
-   moves all rigid bodies at the end of a step, and adds up the work on free ones; MPMRigidsCheck says in core->stop if two of them meet, or if a free one has left the grid or come across a periodic face. Not collective. */
+/* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on
+   walls at the present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity,
+   m/s; MPMRigidsMove moves all rigid bodies at the end of a step, and adds up the work on free ones; MPMRigidsCheck
+   says in core->stop if two of them meet, or if a free one has left the grid or come across a periodic face. Not
+   collective. */
 PetscErrorCode MPMRigidsDestroy(MPMCore *);
 PetscErrorCode MPMRigidsBegin(MPMCore *);
 PetscReal      MPMRigidsStand(MPMCore *);
@@ -104,14 +107,14 @@ void           MPMRigidsCheck(MPMCore *);
 /* What acts on surfaces after a phase of nodes: contact, then pistons (contact.c). Collective on exchange.data. */
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 
-/* The total frame (total.c). MPMTotalStart finds the masses of the nodes and, unless the run goes on from a checkpoint, their
-   velocities, and is collective on the exchange. MPMTotalPass notes how far walls move in a step, core->passed, and
-   MPMTotalScale multiplies the velocities of the nodes by `keep`; neither is collective. */
+/* The total frame (total.c). MPMTotalStart finds the masses of the nodes and, unless the run goes on from a checkpoint,
+   their velocities, and is collective on the exchange. MPMTotalPass notes how far walls move in a step, core->passed,
+   and MPMTotalScale multiplies the velocities of the nodes by `keep`; neither is collective. */
 PetscErrorCode MPMTotalStart(MPMCore *, PetscBool restarted);
 void           MPMTotalScale(MPMCore *, PetscReal keep);
 
-/* Returns whether a phase moves the nodes in the total frame; and copies their state before it to core->before, for what is
-   summed afterwards. Not collective. */
+/* Returns whether a phase moves the nodes in the total frame; and copies their state before it to core->before, for
+   what is summed afterwards. Not collective. */
 PetscBool      MPMTotalKicks(const MPMPhase *);
 PetscErrorCode MPMTotalKeep(MPMCore *);
 
@@ -128,10 +131,10 @@ PetscErrorCode MPMDampingBegin(MPMCore *);
 PetscErrorCode MPMDampingEnd(MPMCore *);
 PetscBool      MPMDampingIsOn(const MPMCore *);
 
-/* Whether the bodies are at rest (rest.c): read the options; compare the forces on the nodes after the phases of a step, whose
-   sums and motion they still have; and note, with the kinetic energy over the strain energy of the present state, since when
-   they are at rest. MPMRestHold returns how long they have to be, s. The second is collective on the exchange, the others
-   are not. */
+/* Whether the bodies are at rest (rest.c): read the options; compare the forces on the nodes after the phases of a
+   step, whose sums and motion they still have; and note, with the kinetic energy over the strain energy of the present
+   state, since when they are at rest. MPMRestHold returns how long they have to be, s. The second is collective on the
+   exchange, the others are not. */
 PetscErrorCode MPMRestSetFromOptions(MPMCore *, MPMOptions);
 PetscErrorCode MPMRestStep(MPMCore *);
 void           MPMRestNote(MPMCore *, PetscReal share);

@@ -53,11 +53,11 @@ void MPMDamp(MPMCore *core, const MPMMethod *method)
   if (method->rate > 0) core->params.flip = PetscExpReal(-method->rate * dt * c / h);
 }
 
-/* Returns how far a rigid body may come in a step, m: half a cell, or, if it does not turn, as far as it is from the nodes of
-   the grid and those around it. */
+/* Returns how far a rigid body may come in a step, m: half a cell, or, if it does not turn, as far as it is from the
+   nodes of the grid and those around it. */
 static PetscReal MayMove(const MPMGrid *grid, const MPMRigid *r)
 {
-  const PetscReal h = MPMGridSmallestH(grid);
+  const PetscReal h  = MPMGridSmallestH(grid);
   PetscReal       by = 0.5 * h;
 
   if (r->spin[0] != 0 || r->spin[1] != 0 || r->spin[2] != 0) return by;
@@ -71,8 +71,8 @@ static PetscReal MayMove(const MPMGrid *grid, const MPMRigid *r)
 }
 
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
-   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body that
-   moves comes as far as it may. */
+   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body
+   that moves comes as far as it may. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);

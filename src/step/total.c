@@ -1,8 +1,8 @@
-/* total.c - the total frame: the state of a run is on the nodes. Each has a displacement u [dim], m, and a velocity v [dim],
-   m/s, in patch->state; weights are those of the reference positions, which never change. A step is one of leapfrog: forces
-   make accelerations, with the mass matrix to the order that is asked for, these make v, and v makes u. Particles get
-   x, v and F from the nodes. The kernels below follow a transfer to the nodes; docs/method.md has the equations (The total
-   frame), and total_start.c what comes before the first step. */
+/* total.c - the total frame: the state of a run is on the nodes. Each has a displacement u [dim], m, and a velocity v
+   [dim], m/s, in patch->state; weights are those of the reference positions, which never change. A step is one of
+   leapfrog: forces make accelerations, with the mass matrix to the order that is asked for, these make v, and v makes
+   u. Particles get x, v and F from the nodes. The kernels below follow a transfer to the nodes; docs/method.md has the
+   equations (The total frame), and total_start.c what comes before the first step. */
 #include "kernels/round.h"
 #include "physics/wall.h"
 #include "step/step.h"
@@ -25,11 +25,11 @@ MPM_INLINE void Hold(const MPMParams *par, const MPMGrid *grid, const MPMNodes *
     (void)MPMWallsApply(par->walls->given, grid, ijk, par->kick, v);
 }
 
-/* Sets the acceleration a [dim] of node i, m/s^2: f/m + g, or `again` corrects it by (f - p)/m + g, where p are the sums of
-   what the particles read of a, so that each correction brings it nearer to the solution of M a = f + M g with the full
-   mass matrix M. Walls hold it: with what force, N, `wall` [dim] gets if it is not NULL. The sum of these over the nodes
-   of all walls is the force on the body, since sum p = sum m a before the correction; of bodies of revolution (`round`)
-   along the axis only, since m is that of MPMNodeMass. */
+/* Sets the acceleration a [dim] of node i, m/s^2: f/m + g, or `again` corrects it by (f - p)/m + g, where p are the
+   sums of what the particles read of a, so that each correction brings it nearer to the solution of M a = f + M g with
+   the full mass matrix M. Walls hold it: with what force, N, `wall` [dim] gets if it is not NULL. The sum of these over
+   the nodes of all walls is the force on the body, since sum p = sum m a before the correction; of bodies of revolution
+   (`round`) along the axis only, since m is that of MPMNodeMass. */
 MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
                              PetscBool walled, int again, PetscInt i, PetscReal a[], PetscReal wall[])
 {
@@ -53,7 +53,8 @@ MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPM
 }
 
 /* Sets the acceleration of all nodes of a row, in the first numbers of the motion. */
-MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                              int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
 
@@ -62,8 +63,8 @@ MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MP
       Acceleration(dim, round, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
 }
 
-/* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read, and p
-   the forces of walls, for the history. */
+/* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read,
+   and p the forces of walls, for the history. */
 MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
@@ -84,8 +85,8 @@ MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid 
   }
 }
 
-/* Sets the first velocity p/m, where p are the sums of the particles' momentum, which are kept as f; `again` corrects it by
-   (f - p)/m, as accelerations are corrected. */
+/* Sets the first velocity p/m, where p are the sums of the particles' momentum, which are kept as f; `again` corrects
+   it by (f - p)/m, as accelerations are corrected. */
 MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);
@@ -96,17 +97,16 @@ MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid
 
     for (int d = 0; d < dim; d++) {
       if (!again) v[d] = 0, n->f[d] = n->p[d];
-      if (n->m > 0)
-        v[d] += (again ? n->f[d] - n->p[d] : n->p[d]) / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d);
+      if (n->m > 0) v[d] += (again ? n->f[d] - n->p[d] : n->p[d]) / MPMNodeMassIf(round, grid, n, r->ijk[0] + i, d);
     }
     Hold(par, grid, r, walled, i, v);
     for (int d = 0; d < dim; d++) r->motion[i * MPM_MOTION_NC(dim) + d] = v[d];
   }
 }
 
-/* Shows the particles the velocities of nodes, in the motion; `again` takes the share 1 - flip of them from p/m, where p are
-   the sums of m times what the particles read: the mean of what the nodes around have, which leaves waves of many cells
-   and damps those of two. */
+/* Shows the particles the velocities of nodes, in the motion; `again` takes the share 1 - flip of them from p/m, where
+   p are the sums of m times what the particles read: the mean of what the nodes around have, which leaves waves of many
+   cells and damps those of two. */
 MPM_INLINE void SmoothRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
 {
   const PetscBool walled = RowWalled(par, grid, r);

@@ -1,5 +1,6 @@
-/* total_start.c - the total frame beside its phases: the masses and the first state of the nodes, and what a step does to walls
-   that move, to the velocities of nodes by damping, and to the work of gravity. total.c has the kernels of nodes. */
+/* total_start.c - the total frame beside its phases: the masses and the first state of the nodes, and what a step does
+   to walls that move, to the velocities of nodes by damping, and to the work of gravity. total.c has the kernels of
+   nodes. */
 #include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/step.h"
@@ -21,8 +22,8 @@ static PetscErrorCode Project(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Exchanges the particles' velocities and their displacements, which are in memory that the caller has, `other` [n][dim].
-   Returns whether any is not 0 there. */
+/* Exchanges the particles' velocities and their displacements, which are in memory that the caller has, `other`
+   [n][dim]. Returns whether any is not 0 there. */
 static PetscErrorCode Swap(MPMCore *core, PetscBool first, PetscReal other[], PetscBool *any)
 {
   const PetscInt dim = core->grid.dim, fields = MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(v);
