@@ -10,7 +10,7 @@
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
                                         PetscBool damped, PetscBool *follow)
 {
-  PetscBool moving = PETSC_FALSE, pushes = scene->meets, rigid = PETSC_FALSE;
+  PetscBool moving = PETSC_FALSE, pushes = scene->meets, rigid = PETSC_FALSE, flows = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   mon->every = time_end / 100;
@@ -22,6 +22,8 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
+  for (PetscInt k = 0; k < scene->nbodies; k++)
+    if (scene->bodies[k].source.on) flows = PETSC_TRUE;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++)
     if (scene->bodies[k].rigid != MPM_RIGID_NONE) rigid = PETSC_TRUE;
   for (PetscInt k = 0; k < 6; k++) {
@@ -36,6 +38,8 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   if (mon->check_energy > 0 && rigid && !*follow)
     MPMOptionsFail(
         o, "-check_energy does not apply: what rigid bodies give and take is followed with -history_energy only");
+  if (mon->check_energy > 0 && flows)
+    MPMOptionsFail(o, "-check_energy does not apply: the work of -sources that push matter into other matter is not followed");
   if (mon->check_momentum > 0 && rigid)
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of rigid bodies is not followed");
   if (mon->check_energy > 0 && pushes && !*follow)
