@@ -177,6 +177,12 @@ def statics():
     rows = check.history("static/static.csv")
     check.that(told.good and rows["kinetic_energy"][rows["stage"] == 1].max() == 0 and rows["kinetic_energy"][-1] > 0, f"statics, then a push: {told.err.strip()}")
     check.that(not np.isnan(rows["newton_iterations"][0]) and np.isnan(rows["newton_iterations"][-1]), "columns of statics end with their stage")
+    rest = text + "-stages weight,rest\n-stage_weight_time 1\n-stage_weight_method_time static\n-stage_rest_time 0.02\n-stage_rest_method_time explicit\n"
+    check.write("rest.opts", rest.replace("-history_every 0.004", "-history_every 0"))
+    told = check.scene_in("rest.opts", "rest")
+    rows = check.history("rest/rest.csv")
+    strain, kinetic = rows["strain_energy"][rows["stage"] == 1][-1], rows["kinetic_energy"].max()
+    check.that(told.good and kinetic < 1e-3 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
 
 
 same()
