@@ -182,7 +182,15 @@ def statics():
     told = check.scene_in("rest.opts", "rest")
     rows = check.history("rest/rest.csv")
     strain, kinetic = rows["strain_energy"][rows["stage"] == 1][-1], rows["kinetic_energy"].max()
-    check.that(told.good and kinetic < 1e-3 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
+    check.that(told.good and kinetic < 1e-4 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
+    check.that("dt fell" not in told.out and "dt has fallen" not in told.out, "no warning that dt fell where steps of a load end")
+    check.write("shaken.opts", rest + "-stage_rest_acceleration 5,0\n-stage_rest_dt_cfl 0.1\n")
+    bare, told = check.scene_in("shaken.opts", "bare"), check.scene_in("shaken.opts", "energy", "-history_energy")
+    rows = check.history("energy/shaken.csv")
+    size, left = abs(rows["external_work"]).max(), max(abs(rows[f"energy_{term}"]).max() for term in ("integration", "residual"))
+    check.that(bare.digest == told.digest and left < 2e-3 * size and rows["load_work"][-1] > 1e-3 * size and np.allclose(rows["energy_gravity"][rows["stage"] == 1], rows["external_work"][rows["stage"] == 1]),
+               f"the terms of the energy go on from statics to a motion; {left / size:.1e} of the work is left")
+    check.that("J with the work of body forces (summed with -history_energy)" in bare.out and "summed with" not in told.out, "the residual says whose work it has")
 
 
 same()

@@ -119,13 +119,13 @@ static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scen
 }
 
 /* Described in watch.h. The cause is found where dt has fallen below a hundredth of the first, and anew at each further
-   tenth of that. */
+   tenth of that. Implicit steps are those of the load: the first step counts that is explicit. */
 PetscErrorCode MPMWatchStep(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscReal dt)
 {
   const PetscBool told = w->cause[0] ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  if (core->step == 0) w->first = w->least = dt;
+  if (core->implicit || core->step == 0 || !(w->first > 0)) w->first = w->least = core->implicit ? 0 : dt;
   if (!(dt < w->least)) PetscFunctionReturn(PETSC_SUCCESS);
   w->least = dt;
   w->t     = core->t;
