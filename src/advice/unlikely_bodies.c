@@ -241,6 +241,7 @@ PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1) return PETSC_FALSE;
   odd->ratio = (gap - look->scene->walls.place[2 * d + up]) / grid->h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
 }
 
