@@ -106,6 +106,8 @@ def command():
         weak.status == 0 and 1.9 < float(table[0]["holds"]) < 2.06,
         f"at a pressure of c its strength can be divided by 2: {table[0]['holds']} {weak.err}",
     )
+    pulls = study(scene, "-load_q_value", "-4*t", "--levels", "1", "--dry-run", "-output_dir", ".")
+    check.that(re.search("^note +-load_q_value -4\\*t pulls .* a load that presses it has the other sign$", pulls.out, re.M), f"the sign of the load is told: {pulls.err}")
     none = study(scene, "-load_q_value", "t", "--levels", "1", "-output_dir", ".")
     check.that(
         none.status == 3 and none.err.strip() == "no limit on grid 1: the scene carries its whole load; let it grow further, in proportion to t",

@@ -326,9 +326,17 @@ def check_cuts():
         told = done.find(r"(seen at t=\S+ s: block .*; the rigid body tool, \S+ cells from there, may cut it; if it does not, use more particles per cell)")
         stops = "moves" not in name or (stop.status == 3 and "block has come apart" in stop.err)
         check.that(done.good and told and stops, f"{name} cuts a block of rubber: {done.err.strip() or told}; with -check_parting stop: {stop.err.strip()[:60]}")
+    dense = check.pebble("-options_file", check.write("cuts.opts", cut(BLADE, "moving", "-body_tool_velocity 0,-10", "-body_block_ppc 4,4")), *QUIET)
+    told = dense.find(r"(seen at t=\S+ s: block .*; the rigid body tool, \S+ cells from there, may cut it)$")
+    check.that(dense.good and told, f"no more than 4 particles per cell are advised where it cuts: {told}")
     lines = grid([0, 0], [1.2, 1.2], 0.05) + SOFT + ["-gravity 0,-8000", "-bc_ymax_type fixed", "-bodies block,tool", *box("block", [0.4, 0.7], [0.8, 1.2], "material m"), *box("tool", [0, 0], [0.1, 0.1], "rigid fixed"), "-time_end 0.02"]
     done = check.pebble("-options_file", check.write("torn.opts", lines), *QUIET)
     check.that(done.status == 3 and re.search("block has come (apart|off).*, or let it part .-check_parting warn", done.err), f"what comes apart beside a body at rest, where nothing moves against it, ends the run: {done.err.strip()[:80]}")
+    clay = ["-dim 2", "-grid_lower 0,0", "-grid_upper 2,1.6", "-grid_h 0.05,0.05", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed", "-materials m", "-material_m_model vonmises", "-material_m_rho 1800",
+            "-material_m_E 1e7", "-material_m_nu 0.45", "-material_m_yield 34641", "-bodies ground,wedge", *box("ground", [0, 0], [2, 1], "material m"), "-body_wedge_shape polygon",
+            '-body_wedge_vertices "1,1 1.3464,1.6 0.6536,1.6"', "-body_wedge_rigid moving", "-body_wedge_velocity 0,-1", "-time_end 0.4"]
+    done = check.pebble("-options_file", check.write("clay.opts", clay), *QUIET)
+    check.that(done.good and "coming apart" not in done.out, "what flows aside of a wedge is farther than before, as its deformation explains")
 
 
 def check_coarse():

@@ -177,6 +177,20 @@ def statics():
     rows = check.history("static/static.csv")
     check.that(told.good and rows["kinetic_energy"][rows["stage"] == 1].max() == 0 and rows["kinetic_energy"][-1] > 0, f"statics, then a push: {told.err.strip()}")
     check.that(not np.isnan(rows["newton_iterations"][0]) and np.isnan(rows["newton_iterations"][-1]), "columns of statics end with their stage")
+    rest = text + "-stages weight,rest\n-stage_weight_time 1\n-stage_weight_method_time static\n-stage_rest_time 0.02\n-stage_rest_method_time explicit\n"
+    check.write("rest.opts", rest.replace("-history_every 0.004", "-history_every 0"))
+    told = check.scene_in("rest.opts", "rest")
+    rows = check.history("rest/rest.csv")
+    strain, kinetic = rows["strain_energy"][rows["stage"] == 1][-1], rows["kinetic_energy"].max()
+    check.that(told.good and kinetic < 1e-4 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
+    check.that("dt fell" not in told.out and "dt has fallen" not in told.out, "no warning that dt fell where steps of a load end")
+    check.write("shaken.opts", rest + "-stage_rest_acceleration 5,0\n-stage_rest_dt_cfl 0.1\n")
+    bare, told = check.scene_in("shaken.opts", "bare"), check.scene_in("shaken.opts", "energy", "-history_energy")
+    rows = check.history("energy/shaken.csv")
+    size, left = abs(rows["external_work"]).max(), max(abs(rows[f"energy_{term}"]).max() for term in ("integration", "residual"))
+    check.that(bare.digest == told.digest and left < 2e-3 * size and rows["load_work"][-1] > 1e-3 * size and np.allclose(rows["energy_gravity"][rows["stage"] == 1], rows["external_work"][rows["stage"] == 1]),
+               f"the terms of the energy go on from statics to a motion; {left / size:.1e} of the work is left")
+    check.that("J with the work of body forces (summed with -history_energy)" in bare.out and "summed with" not in told.out, "the residual says whose work it has")
 
 
 same()

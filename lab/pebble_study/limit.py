@@ -198,6 +198,8 @@ class Limit:
         say, line = self.study.say, r"^load +{}: .* in all (\([^)]*\)|\S+) \S+(?: m)? at t=(\S+) s"
         half = scene.run(self.options, self.study.processes, dry_run=True, time_end=0.5 * self.end)
         whole = scene.run(self.options, self.study.processes, dry_run=True)
+        for told in re.findall(r"^note .*", whole.out, re.M):
+            say(told)
         for name in self.loads:
             found = [re.search(line.format(name), result.out, re.M) for result in (half, whole)]
             if not all(found):

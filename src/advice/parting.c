@@ -116,8 +116,8 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
 
 /* Returns the distance of neighbours, in cells, at which a body is apart whatever its deformation is. Of an elastic
    body so few nodes then have both of them in reach that they hardly hold each other. A metal that flows gets thinner
-   as it gets longer, and what comes from its sides fills the gaps; it is apart for certain where its neighbours have
-   no node in common. */
+   as it gets longer, and what comes from its sides fills the gaps; it is apart where its neighbours have no node in
+   common, unless its flow takes them farther: shear does so and opens no gap. */
 static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 {
   if (MPMMaterialKnowsFlow(m)) return (PetscReal)MPMBasisNodes(basis);
@@ -139,7 +139,7 @@ static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 key, const Pet
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < l->core->grid.dim; d++) found.x[d] = x[d];
-  if (gap < MPM_BOUND_gap_near || (!lagging && (plastic ? gap < tears : !(pull > 0))))
+  if (gap < MPM_BOUND_gap_near || (!lagging && (plastic ? gap < tears || of[2] > gap : !(pull > 0))))
     PetscFunctionReturn(PETSC_SUCCESS);
   if (gap > start * MPM_BOUND_gap_opens) l->near = PetscMax(l->near, lagging && found.value > 1 ? 2 : 1);
   if (gap > start * MPM_BOUND_gap_grown) MPMFoundTake(&l->wide, &found);

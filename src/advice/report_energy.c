@@ -47,6 +47,17 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Writes whose work is in the residual, since only -history_energy sums it; or "". */
+static void NotFollowed(const MPMCore *core, const MPMScene *scene, char text[MPM_TEXT_LEN])
+{
+  PetscBool moving = PETSC_FALSE;
+
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
+  (void)snprintf(text, MPM_TEXT_LEN, "%s%s%s%s", scene->body_force ? ", body forces" : "", moving ? ", moving walls" : "",
+                 core->rigids.driven ? ", rigid bodies" : "", MPMDampingIsOn(core) ? ", damping" : "");
+}
+
 /* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */
 PetscErrorCode MPMReportEnergy(const MPMCore *core, const MPMScene *scene, const MPMMethod *method,
                                const MPMMonitor *mon, const MPMWatch *w)
@@ -54,6 +65,7 @@ PetscErrorCode MPMReportEnergy(const MPMCore *core, const MPMScene *scene, const
   const MPMShown  shown = MPMMonitorShown(mon, core, scene);
   const PetscReal work = MPMShownWork(&shown), residual = MPMShownResidual(&shown);
   PetscReal       energy[2][3]; /* [start, end][kinetic, strain, rigid] */
+  char            without[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
@@ -69,10 +81,12 @@ PetscErrorCode MPMReportEnergy(const MPMCore *core, const MPMScene *scene, const
     PetscCall(MPMPrint(&core->print, ", of free rigid bodies %g -> %g J", (double)energy[0][2], (double)energy[1][2]));
   PetscCall(MPMPrint(&core->print, ", total %g -> %g J", (double)(energy[0][0] + energy[0][1] + energy[0][2]),
                      (double)(energy[1][0] + energy[1][1] + energy[1][2])));
+  if (!core->energy.on) NotFollowed(core, scene, without);
   if (work != 0)
-    PetscCall(MPMPrint(&core->print, ", work of %s %g J, residual %g J",
+    PetscCall(MPMPrint(&core->print, ", work of %s %g J, residual %g J%s%s%s",
                        !core->energy.loads ? "gravity" : "gravity, body forces and loads", (double)work,
-                       (double)residual));
+                       (double)residual, without[0] ? " with the work of " : "", without[0] ? without + 2 : "",
+                       without[0] ? " (summed with -history_energy)" : ""));
   PetscCall(MPMPrint(&core->print, "\n"));
   if (core->energy.on) PetscCall(PrintTerms(core, mon, &shown));
   if (core->damping.kinetic)

@@ -241,6 +241,7 @@ PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1) return PETSC_FALSE;
   odd->ratio = (gap - look->scene->walls.place[2 * d + up]) / grid->h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
 }
 
@@ -357,14 +358,14 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
   PetscReal          x[3];
 
-  if (!(look->g > 0) || m->type->traits & MPM_FLUID || !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
+  if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID || !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
       (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
     return PETSC_FALSE;
-  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[b][d] + look->upper[b][d]);
-  for (PetscInt j = 0; j <= 10; j++) { /* where it presses at any time, it is one that swings */
-    const PetscReal t        = look->time->end * (PetscReal)j / 10;
+  for (PetscInt j = 0; j <= 120; j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
+    const PetscReal t = look->time->end * (PetscReal)(j / 11) / 10, part = (PetscReal)(j % 11) / 10;
     PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
 
+    for (PetscInt d = 0; d < 3; d++) x[d] = look->lower[b][d] + part * (look->upper[b][d] - look->lower[b][d]);
     if (MPMExpressionEvaluate(load->value, dim, x, x, t, value)) return PETSC_FALSE;
     if (load->type == MPM_LOAD_PRESSURE)
       pull = -value[0];

@@ -217,6 +217,7 @@ PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMRegionBounds(&b->region, dim, lower, upper);
   odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]) + PetscMin(0, up * v[d] * look->time->end);
   odd->ratio /= look->core->grid.h[d];
+  (void)snprintf(odd->other, MPM_WORDS, up > 0 ? "above" : "below");
   for (PetscInt face = 0; face < 2 * dim; face++)
     if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
   return MPMUnlikelyGiven("body", b->name, b->rigid == MPM_RIGID_FIXED ? "_rigid" : "_velocity", odd);

@@ -44,6 +44,31 @@ PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd
   return wall >= 0 ? MPMUnlikelyGiven("bc", MPMFaceNames[wall], "_type", odd) : PETSC_FALSE;
 }
 
+/* Of a ring the axis of revolution is looked at alone: its hoops hold it along the other one. */
+PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  if (k || !MPMUnlikelyGiven("method_time", NULL, "", odd) || strcasecmp(odd->value, "static")) return PETSC_FALSE;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
+  for (PetscInt a = grid->round ? 1 : 0; a < grid->dim; a++) {
+    PetscReal least = PETSC_MAX_REAL;
+
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscInt  d    = face / 2;
+      const MPMWall   type = look->scene->walls.given[d][face % 2].type;
+      const PetscReal gap  = face % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+
+      if (d == a ? MPMWallHas(type, MPM_WALL_NORMAL) : MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES))
+        least = PetscMin(least, (gap - look->scene->walls.place[face]) / grid->h[d]);
+    }
+    if (!(least > odd->ratio)) continue;
+    odd->ratio = least;
+    (void)snprintf(odd->meant, MPM_WORDS, "%c", "xyz"[a]);
+  }
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscReal *g   = look->core->params.gravity;

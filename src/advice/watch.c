@@ -119,13 +119,13 @@ static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scen
 }
 
 /* Described in watch.h. The cause is found where dt has fallen below a hundredth of the first, and anew at each further
-   tenth of that. */
+   tenth of that. Implicit steps are those of the load: the first step counts that is explicit. */
 PetscErrorCode MPMWatchStep(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscReal dt)
 {
   const PetscBool told = w->cause[0] ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  if (core->step == 0) w->first = w->least = dt;
+  if (core->implicit || core->step == 0 || !(w->first > 0)) w->first = w->least = core->implicit ? 0 : dt;
   if (!(dt < w->least)) PetscFunctionReturn(PETSC_SUCCESS);
   w->least = dt;
   w->t     = core->t;
@@ -211,8 +211,18 @@ static void TellCutter(const MPMCore *core, const MPMFound *f, char text[MPM_NAM
     least = d;
     name  = r->name;
   }
-  (void)snprintf(text, MPM_NAME_LEN * 3, "the rigid body %s, %.2g cells from there, may cut it; if it does not", name,
+  (void)snprintf(text, MPM_NAME_LEN * 3, "the rigid body %s, %.2g cells from there, may cut it", name,
                  (double)(PetscMax(0, least) / MPMGridSmallestH(&core->grid)));
+}
+
+/* Returns whether the body that parts has so many particles per cell that more are no remedy where a rigid body cuts it. */
+static PetscBool IsDense(PetscInt dim, const MPMScene *scene, const MPMFound *f)
+{
+  const MPMBody *b = &scene->bodies[MPMBodyOf(scene, f->key / 16, 0)];
+
+  for (PetscInt d = 0; d < dim; d++)
+    if (b->ppc[d] < MPM_BOUND_gap_dense) return PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
 /* Warns of matter that will part, or stops the run where it has parted. Collective on exchange.data. */
@@ -239,9 +249,10 @@ static PetscErrorCode WatchParting(MPMWatch *w, MPMCore *core, const MPMScene *s
                    what);
     if (!noisy) MPMPartingCure(scene, core->grid.dim, &wide, cure);
     if (w->may_cut) TellCutter(core, parted.value > 1 ? &parted : &wide, cutter);
-    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; %s%suse %.600s%s", (double)core->t, what,
-                      noisy ? "; " : "", noise, cutter, cutter[0] ? ", " : "", cure,
-                      w->may_part ? "" : ", or let it part (-check_parting warn)"));
+    if (cutter[0] && !noisy && IsDense(core->grid.dim, scene, &wide)) cure[0] = 0;
+    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; %s%s%s%.600s%s", (double)core->t, what,
+                      noisy ? "; " : "", noise, cutter, cutter[0] && cure[0] ? "; if it does not, " : "",
+                      cure[0] ? "use " : "", cure, w->may_part ? "" : ", or let it part (-check_parting warn)"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

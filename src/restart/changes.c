@@ -177,7 +177,8 @@ void MPMRestartBalance(MPMCheckpoint *c, const MPMTotals *now)
   MPMChanges     *given = &core->changes;
   const MPMShown  shown = MPMMonitorShown(c->monitor, core, c->scene);
   const PetscReal time  = now->sum[MPM_SHOWS_mass][0] * core->kicked + now->sum[MPM_SHOWS_lost_mass_time][0];
-  PetscReal       g[3], work;
+  PetscReal       g[3], work, fallen;
+  PetscMPIInt     rank;
 
   given->energy += now->sum[MPM_SHOWS_strain_energy][0] - given->strain;
   for (PetscInt d = 0; d < 3; d++) g[d] = core->params.gravity[d];
@@ -186,4 +187,9 @@ void MPMRestartBalance(MPMCheckpoint *c, const MPMTotals *now)
   for (PetscInt d = 0; d < 3; d++) core->params.gravity[d] = given->gravity[d];
   given->energy += MPMShownWork(&shown) - work;
   for (PetscInt d = 0; d < 3; d++) core->params.gravity[d] = given->gravity[d] = g[d];
+  if (!c->was_static || !core->energy.on) return;
+  fallen = MPMShownGravity(&shown); /* a motion sums it over its steps */
+  c->monitor->now.energy[MPM_ENERGY_gravity] += fallen;
+  (void)MPI_Comm_rank(core->exchange.data, &rank);
+  if (!rank) MPMSumAdd(&core->energy.sum[MPM_ENERGY_gravity], fallen);
 }

@@ -222,6 +222,7 @@ static PetscErrorCode Change(MPMCheckpoint *c, const MPMStatus *bound)
     PetscCall(MPMTotalsCompute(c->scene, core, &c->monitor->now));
   }
   if (c->was_implicit) core->damping.rest = PETSC_TRUE; /* the next kick is half of a step */
+  if (c->was_implicit && !core->implicit && !core->grid.total) core->params.dt = 0; /* or that of a first step */
   MPMRestartBalance(c, &c->monitor->now);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -260,18 +260,27 @@ static PetscReal Loads(const MPMShown *s)
    Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 kick by
    (v dt - v_start dt_1)/2, with the first step dt_1, but for the squares of changes of dt. All kicks together are t +
    (dt_1 - dt)/2. Implicit steps have no kicks: their work is that along the displacement. */
-PetscReal MPMShownWork(const MPMShown *s)
+static PetscReal AddGravity(const MPMShown *s, PetscReal work)
 {
   const MPMTotals *now = s->now, *start = s->start;
   const PetscReal  dt = s->core->params.dt, first = dt + 2 * (s->core->kicked - s->core->t);
   const PetscReal  part = s->core->implicit ? 0 : 0.5;
-  PetscReal        work = Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy;
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
             (MPMShownEver(now, MPM_SHOWS_mass_moment, d) - start->sum[MPM_SHOWS_mass_moment][d] -
              part * (dt * MPMShownEver(now, MPM_SHOWS_momentum, d) - first * start->sum[MPM_SHOWS_momentum][d]));
   return work;
+}
+
+PetscReal MPMShownGravity(const MPMShown *s)
+{
+  return AddGravity(s, s->core->half + s->core->rigids.energy[0]);
+}
+
+PetscReal MPMShownWork(const MPMShown *s)
+{
+  return AddGravity(s, Loads(s) + s->core->half + s->core->rigids.energy[0] + s->core->changes.energy);
 }
 
 VALUE(external_work, MPMShownWork(s))
@@ -284,7 +293,7 @@ PetscReal MPMShownResidual(const MPMShown *s)
 
 VALUE(energy_residual, MPMShownResidual(s))
 VALUE(load_work, Loads(s))
-VALUE(energy_gravity, s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
+VALUE(energy_gravity, s->core->implicit ? MPMShownGravity(s) : s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
 VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
 VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])
 VALUE(energy_friction, s->now->energy[MPM_ENERGY_friction] + s->core->rigids.energy[1])
@@ -297,11 +306,7 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
-static PetscReal Value_energy_transfer(const MPMShown *s)
-{
-  return Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s);
-}
-
+VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s))
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
 static PetscReal Value_energy_integration(const MPMShown *s)
 {

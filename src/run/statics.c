@@ -5,7 +5,7 @@
 
 #define STEPS 10 /* of a load, if -dt_size does not say how long they are */
 
-/* Options that do not apply, the value that does no harm, and why; of some without inertia, `rest`, another reason or none (""). */
+/* Options that do not apply, the value that does no harm, and why; of some without inertia, `rest`, another reason, or "" where they apply. */
 static const struct {
   const char *name, *neutral, *rest, *why;
 } refused[] = {
@@ -15,7 +15,7 @@ static const struct {
     {"damping_kinetic", "false", "nothing moves that could be damped", "it is of explicit steps; static finds the state at rest"},
     {"dt_cfl", NULL, "no wave is followed; -dt_size is the length of a step of the load", "no wave limits the step; give -dt_size"},
     {"method_lock_cells", "1", NULL, "the means of a box of cells are not in its tangent; leave it out, for one cell"},
-    {"history_energy", "false", "there is no motion whose energy could be followed", "its terms are those of explicit steps"},
+    {"history_energy", "false", "", "its terms are those of explicit steps"},
     {"check_energy", "0", NULL, "the work of loads is that of steps, and not exact"},
     {"check_momentum", "0", "there is no momentum", "the impulse of loads is that of steps, and not exact"},
     {"mms_type", "none", "known solutions are of motions in time", NULL},
@@ -37,7 +37,7 @@ static PetscErrorCode Refuse(MPM mpm, const char time[], MPMOptions o)
   for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++) {
     const char *why = rest && refused[k].rest ? refused[k].rest : refused[k].why;
 
-    if (why) PetscCall(MPMOptionsRefuse(o, refused[k].name, refused[k].neutral, by, why));
+    if (why && why[0]) PetscCall(MPMOptionsRefuse(o, refused[k].name, refused[k].neutral, by, why));
   }
   for (size_t k = 0; k < sizeof moving / sizeof moving[0] && !mpm->core.grid.total; k++)
     PetscCall(MPMOptionsRefuse(o, moving[k][0], moving[k][1], by, "nothing moves in time"));

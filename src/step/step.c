@@ -88,7 +88,7 @@ static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
   if (core->grid.total && (core->reactions || core->energy.on) && MPMTotalKicks(phase)) PetscCall(MPMTotalKeep(core));
   PetscCall(MPMPhaseRun(core, phase));
-  if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
+  if (core->energy.on && !core->implicit && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -120,14 +120,14 @@ static PetscErrorCode MakeStatic(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   if (MPMEnergyFollows(core)) {
-    PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
+    if (core->needs.forced) PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
     PetscCall(FollowEnergy(core, PETSC_TRUE));
   }
   if (core->needs.stepped) PetscCall(MPMStaticRenew(core->implicit));
   PetscCall(MPMStaticStep(core));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !core->stop[0]) {
-    PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
+    if (core->needs.forced) PetscCall(MPMForcesUpdate(scene, core, core->t + 0.5 * core->params.dt));
     PetscCall(FollowEnergy(core, PETSC_FALSE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
