@@ -113,6 +113,13 @@ def command():
         none.status == 3 and none.err.strip() == "no limit on grid 1: the scene carries its whole load; let it grow further, in proportion to t",
         f"no limit: {none.err.strip()}",
     )
+    loose = box("loose", "1.5,1.5", 0.25, "-bc_ymin_type separate", "-gravity 0,-1", model=clay(1, 1e4), shape=["-body_b_shape box", "-body_b_lower 0,0.5", "-body_b_upper 0.5,1"])
+    none = study(loose, "--levels", "1", "-output_dir", ".")
+    check.that(
+        none.status == 3 and none.err.strip() == "no limit on grid 1: the scene does not carry a millionth of its load: nothing holds the body "
+        "(-bc_<f>_type separate only pushes), or the load is that much too large",
+        f"nothing holds: {none.err.strip()}",
+    )
     heavy = block("heavy", "-gravity 0,-1e-3", "-damping_time 0.1", "-dt_cfl 0.3")
     told = study(heavy, "--raise", "gravity", "--dry-run")
     check.that(

@@ -25,6 +25,7 @@ GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; run
 SAFETY = 3.0  # the error of the finer of two grids, over what changed from the coarser one: Roache's index of convergence at the first order
 EARLY = 0.02  # a body that yields so much more than at first, or for which no equilibrium is found, may bear as much more than that
 HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
+NOTHING = 1e-6  # the factor below which no scene is meant: nothing holds the body
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
     "druckerprager": {
@@ -273,6 +274,8 @@ class Limit:
             low, high = self.start * last / self.end, self.start * (failed or math.inf) / self.end
             told = f"{low:.5g} holds" + (f", {high:.5g} does not ({self.ends})" if failed else "")
             self.study.say(f"run        grid {level + 1}: the factor {told}; {time.monotonic() - since:.2g} s")
+            if failed is not None and high < NOTHING * self.start:
+                raise NoLimit("the scene does not carry a millionth of its load: nothing holds the body (-bc_<f>_type separate only pushes), or the load is that much too large")
             if failed is not None and high - low <= self.tolerance * 0.5 * (low + high):
                 return low, high
             if failed is None and end < self.end:

@@ -37,6 +37,9 @@ typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *);
 PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *, PetscReal *number);
 
+/* Reads the velocity of body k at the start, if it is given by numbers. */
+PetscBool MPMUnlikelyVelocity(const MPMLook *, PetscInt k, MPMOdd *, PetscReal v[9]);
+
 /* Writes a number for a text, with three digits. */
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
 

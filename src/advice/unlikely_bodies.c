@@ -71,16 +71,6 @@ PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
-/* Reads a velocity at the start that is given by numbers. */
-static PetscBool Velocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[3])
-{
-  const MPMBody *b = &look->scene->bodies[k];
-
-  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
-    return PETSC_FALSE;
-  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE : PETSC_TRUE;
-}
-
 /* Returns the axis along which a velocity is largest, and its sign. */
 static PetscInt Along(PetscInt dim, const PetscReal v[], PetscReal *sign)
 {
@@ -96,7 +86,7 @@ PetscBool MPMUnlikely_speed_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   PetscReal v[9] = {0};
 
-  if (look->g > 0 || look->scene->forced || look->scene->known || !(look->time->end > 0) || !Velocity(look, k, odd, v))
+  if (look->g > 0 || look->scene->forced || look->scene->known || !(look->time->end > 0) || !MPMUnlikelyVelocity(look, k, odd, v))
     return PETSC_FALSE;
   odd->ratio = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * look->time->end / MPMGridSmallestH(&look->core->grid);
   return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -108,7 +98,7 @@ PetscBool MPMUnlikely_travels(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal      v[9] = {0}, sign, size = 0;
   PetscInt       d;
 
-  if (look->g > 0 || look->scene->forced || look->scene->known || !Velocity(look, k, odd, v)) return PETSC_FALSE;
+  if (look->g > 0 || look->scene->forced || look->scene->known || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
   d = Along(grid->dim, v, &sign);
   for (PetscInt e = 0; e < grid->dim; e++) size = PetscMax(size, grid->upper[e] - grid->lower[e]);
   odd->ratio = PetscAbsReal(v[d]) * look->time->end / size;
@@ -122,7 +112,7 @@ PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal      v[9] = {0}, sign;
   PetscInt       d, behind;
 
-  if (look->core->rigids.n || look->scene->forced || !Velocity(look, k, odd, v)) return PETSC_FALSE;
+  if (look->core->rigids.n || look->scene->forced || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
   d      = Along(grid->dim, v, &sign);
   behind = sign > 0 ? 0 : 1; /* the side of its face there */
   if (v[d] == 0 || look->core->params.gravity[d] != 0 || grid->periodic[d] ||
@@ -294,7 +284,7 @@ PetscBool MPMUnlikely_arrives_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscInt       d;
 
   if (look->scene->nbodies > 1 || look->g > 0 || look->scene->forced || look->scene->known || look->core->rigids.n ||
-      look->core->stages.n > 1 || !Velocity(look, k, odd, v))
+      look->core->stages.n > 1 || !MPMUnlikelyVelocity(look, k, odd, v))
     return PETSC_FALSE;
   d   = Along(grid->dim, v, &sign);
   gap = sign > 0 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];

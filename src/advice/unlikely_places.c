@@ -240,6 +240,35 @@ PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd
   return PETSC_TRUE;
 }
 
+PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *r    = RigidBody(look, k);
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt down = look->down;
+  PetscReal      lower[3], upper[3];
+
+  if (!r || r->rigid != MPM_RIGID_FIXED || !(look->g > 0) || look->scene->forced || look->core->stages.now > 1 || look->core->step)
+    return PETSC_FALSE;
+  MPMRegionBounds(&r->region, grid->dim, lower, upper);
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    PetscInt  apart = 0;
+    PetscReal gap   = 0;
+
+    if (!(look->scene->materials[look->scene->bodies[b].material].type->traits & MPM_LOOSE) || look->scene->bodies[b].v2 > 0) continue;
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      const PetscReal far = PetscMax(lower[d] - look->upper[b][d], look->lower[b][d] - upper[d]) / grid->h[d];
+
+      apart += far > 0;
+      if (far > 0) gap = d == down ? PETSC_MAX_REAL : far;
+    }
+    if (apart != 1 || !(gap > 0.3 && gap < odd->ratio)) continue;
+    odd->ratio = gap;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  }
+  return odd->other[0] ? MPMUnlikelyGiven("body", r->name, "_shape", odd) : PETSC_FALSE;
+}
+
 /* --- Probes ------------------------------------------------------------------------------------------------------- */
 
 PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -188,14 +188,21 @@ PetscBool MPMUnlikely_falls(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (k || !(look->g > 0) || look->core->rigids.n || look->scene->forced || look->scene->known) return PETSC_FALSE;
   if (MPMUnlikelyGiven("particles_leave", NULL, "", odd) && !strcasecmp(odd->value, "delete")) return PETSC_FALSE;
-  for (PetscInt j = 0; j < 2 * grid->dim; j++)
-    if (look->scene->walls.given[j / 2][j % 2].type != MPM_WALL_free) return PETSC_FALSE; /* others are told of */
+  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+  for (PetscInt j = 0; j < 2 * grid->dim; j++) {
+    const PetscInt d    = j / 2;
+    const MPMWall  type = look->scene->walls.given[d][j % 2].type;
+
+    if (type == MPM_WALL_free) continue;
+    if (type != MPM_WALL_fixed || j == face) return PETSC_FALSE; /* others are told of */
+    if ((j % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d]) < 1.5 * grid->h[d]) return PETSC_FALSE;
+    (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type, or let it reach -bc_%s_type fixed", MPMFaceNames[face], MPMFaceNames[j]);
+  }
   gap        = g > 0 ? grid->upper[look->down] - look->highest[look->down] : look->lowest[look->down] - grid->lower[look->down];
   odd->ratio = 0.5 * PetscAbsReal(g) * look->time->end * look->time->end / PetscMax(gap, 1e-3 * grid->h[look->down]);
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].v2 > 0) odd->ratio = 0;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
-  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
   return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 

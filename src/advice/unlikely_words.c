@@ -24,6 +24,15 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
   return end != odd->value && !*end ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[9])
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+    return PETSC_FALSE;
+  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE : PETSC_TRUE;
+}
+
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
 {
   (void)snprintf(text, MPM_WORDS, "%.3g", (double)number);

@@ -48,11 +48,31 @@ static PetscBool IsFormula(const MPMOptionRow *row, const char text[])
   return !strcmp(row->name, "gravity") && strpbrk(text, "()*/txyzXYZ") ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns whether a word is a number in which commas separate groups of three digits, and writes it without them. */
+static PetscBool IsGrouped(const char word[], char text[], size_t len)
+{
+  const char  *at   = word + strspn(word, "+-");
+  const size_t lead = strspn(at, "0123456789");
+  size_t       n    = (size_t)(at - word) + lead;
+
+  if (n + 1 >= len || lead < 1 || lead > 3 || at[0] == '0' || at[lead] != ',') return PETSC_FALSE;
+  memcpy(text, word, n);
+  for (at += lead; *at; at += 4) {
+    if (at[0] != ',' || strspn(at + 1, "0123456789") != 3 || n + 4 >= len) return PETSC_FALSE;
+    memcpy(text + n, at + 1, 3);
+    n += 3;
+  }
+  text[n] = 0;
+  return PETSC_TRUE;
+}
+
 /* Writes to remedy [len] what to do about a word that is no number: `end` is where reading it stopped. */
 static void Advise(const MPMOptionRow *row, const char word[], const char end[], PetscBool whole, char remedy[],
                    size_t len)
 {
   const size_t digits = end[0] ? strspn(end + 1, "0123456789") : 0, before = (size_t)(end - word);
+
+  char         text[40];
 
   remedy[0] = 0;
   if (MPMOptionsDash(word))
@@ -61,6 +81,10 @@ static void Advise(const MPMOptionRow *row, const char word[], const char end[],
     (void)snprintf(remedy, len, "%s", formulas);
   else if (word[strspn(word, " \t")] == 0)
     ;
+  else if (before && IsGrouped(word, text, sizeof text))
+    (void)snprintf(remedy, len, whole || strchr(end + 1, ',') ? "; thousands are not separated, %s"
+                                                              : "; thousands are not separated, %s, and decimals have a point, %.*s.%s",
+                   text, (int)before, word, end + 1);
   else if (before && end[0] == ',' && digits && !end[1 + digits] && !whole && before + digits < 40)
     (void)snprintf(remedy, len, "; decimals have a point, %.*s.%s", (int)before, word, end + 1);
   else if (before && (end[0] == ',' || end[0] == ';'))
