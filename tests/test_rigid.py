@@ -99,6 +99,9 @@ def check_energy():
         work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
         same = abs(found["work_ram"][-1] + found["work_floor"][-1] - work)
         check.that(work > 100 and off < (0.05 if update == "usf" else 0.02) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
+    done = check.must("-options_file", check.scene("wedge"), *QUIET, "-output_name", "wedge", "-time_max_steps", 2, "-gravity", "0,-1",
+                      "-acceleration", "0,-1", "-bc_xmin_type", "moving", "-bc_xmin_velocity", "0,0")
+    check.that("with the work of body forces, moving walls, rigid bodies (summed with -history_energy)" in done.out, "the residual says whose work it has")
 
 
 def check_friction():
