@@ -346,7 +346,7 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad     *load = &look->scene->loads[k];
   const PetscInt     b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
   const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
-  PetscReal          x[3];
+  PetscReal          x[3] = {0};
 
   if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID || !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
       (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
@@ -355,7 +355,7 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const PetscReal t = look->time->end * (PetscReal)(j / 11) / 10, part = (PetscReal)(j % 11) / 10;
     PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
 
-    for (PetscInt d = 0; d < 3; d++) x[d] = look->lower[b][d] + part * (look->upper[b][d] - look->lower[b][d]);
+    for (PetscInt d = 0; d < dim; d++) x[d] = look->lower[b][d] + part * (look->upper[b][d] - look->lower[b][d]);
     if (MPMExpressionEvaluate(load->value, dim, x, x, t, value)) return PETSC_FALSE;
     if (load->type == MPM_LOAD_PRESSURE)
       pull = -value[0];
