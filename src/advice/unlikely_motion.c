@@ -174,7 +174,7 @@ PetscBool MPMUnlikely_check_walls(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const MPMWall type = look->scene->walls.given[face / 2][face % 2].type;
 
     if (type != MPM_WALL_free && type != MPM_WALL_periodic && !odd->other[0])
-      (void)snprintf(odd->other, MPM_WORDS, "the wall -bc_%s_type %s", MPMFaceNames[face], MPMWallNames[type]);
+      (void)snprintf(odd->other, MPM_WORDS, "the wall -bc_%.8s_type %.40s", MPMFaceNames[face], MPMWallNames[type]);
   }
   return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
 }
