@@ -109,10 +109,9 @@ static PetscReal Largest(const MPMLook *look, const MPMLoad *load, PetscBool *st
       x[d] = look->lower[load->body][d] +
              (look->upper[load->body][d] - look->lower[load->body][d]) * ((PetscReal)at[d] + 0.5) / PLACES;
     most = PetscMax(most, MPMUnlikelySize(look, load->value, load->nc, x));
+    if (MPMExpressionEvaluate(load->value, dim, x, x, 0.01 * look->time->end, value)) return 0;
     for (PetscInt t = 1; t <= 4; t++) {
-      if (MPMExpressionEvaluate(load->value, dim, x, x, 0.01 * look->time->end, value) ||
-          MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)t / 4, late))
-        return 0;
+      if (MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)t / 4, late)) return 0;
       for (PetscInt c = 0; c < load->nc; c++)
         if (PetscAbsReal(value[c] - late[c]) > 1e-9 * PetscAbsReal(late[c])) *steady = PETSC_FALSE;
     }

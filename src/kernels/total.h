@@ -71,7 +71,8 @@ MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder 
     for (int k = 0; k < dim * dim; k += dim + 1) F[k] = F[k] + 1.0;
   } else if (particles->bar)
     MPMMotionGradient(dim, particles, o, l, F);
-  for (int k = 0; k < dim * dim && !particles->H && !particles->bar; k++) F[k] = MPMRead(&b->F[k][l]);
+  else
+    for (int k = 0; k < dim * dim; k++) F[k] = MPMRead(&b->F[k][l]);
   MPMInverse(dim, F, back);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {

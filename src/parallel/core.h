@@ -30,8 +30,7 @@ struct _MPMPhase {
   PetscInt     parts; /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, const MPMPatch *, const MPMNodes *); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                                       /* MPM_NODES: operations per node and axis */
-  PetscErrorCode (*after)(MPMCore *,
-                          const MPMPhase *); /* MPM_NODES: what follows; collective on exchange.data; or NULL */
+  PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows, collective on exchange.data; or NULL */
   PetscInt  motion;                          /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
   PetscBool light;                           /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt  particles_in, particles_out;     /* bits of the fields that it reads, writes */
