@@ -219,6 +219,8 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
   return PETSC_FALSE;
 }
 
+static const char face[] = "a face of the grid";
+
 /* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
@@ -237,7 +239,7 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
             : open[1] == 'l' ? "among -loads"
             : open[1] == 'c' ? "among -contacts"
             : open[1] == 'p' ? "among -probes"
-                             : "a face of the grid";
+                             : face;
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -322,8 +324,13 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
   else if (nearest[0])
     (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
+    const char *side = list == face ? MPMOptionsForeignValue(o->table, "load_<l>_face", name) : NULL;
+
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
-    if (MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
+    if (side)
+      (void)snprintf(hint, sizeof hint, "; %s", side);
+    else if (MPMOptionsDistance(given, nearest) > 1)
+      hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
   PetscFunctionReturn(PETSC_SUCCESS);
