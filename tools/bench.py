@@ -1,13 +1,11 @@
 #!/usr/bin/env python3
 """Measures pebble on this machine, and other programs on the same work (tools/bench/scene.py): `make bench`.
 
-Programs that are compared run in alternation, so that other work on the machine slows all alike; figures are the minimum
-and the median of the repeats. Times are those of the steps per particle and step, without start-up and without the
-compilation of kernels. The groups are:
+Programs that are compared run in alternation, so that other work slows all alike; figures are the minimum and the median of
+the repeats. Times are those of steps, without start-up and without the compilation of kernels. The groups are:
 
   bare     an instrument: a whole step over its arithmetic alone (bare.c), whose totals must agree with pebble's
-  seed     against examples/seed_serial.c, the plain serial program: it has its own body of as many particles, in which usl is soon
-           unstable; pebble's body drifts and crosses more cells. Both are compared on the serial program's body.
+  seed     against the plain serial program, which has its own body of as many particles; pebble's drifts and crosses more cells
   peers    against steps in Taichi and Warp, on one core; their energy must agree with pebble's
   updates  usf and musl against usl, at 1e5 particles
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
@@ -148,7 +146,7 @@ class Peer:
     def __init__(self, name, scheme, scene, steps):
         self.label = f"{name}, {scheme}"
         words = [os.path.join(VENV, "bin", "python"), os.path.join(FOLDER, f"peer_{name}.py"), scheme, str(scene.dim), str(scene.particles), *map(str, scene.per_axis)]
-        environment = dict(os.environ, WARP_CACHE_PATH=os.path.join(VENV, "warp"))
+        environment = os.environ | {"WARP_CACHE_PATH": os.path.join(VENV, "warp")}
         self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
         self.row = dict(program=name, dim=scene.dim, basis="bspline2", update="usl" if scheme == "flip" else "mls",
                         particles=scene.particles, per_cell=scene.ppc, processes=1, steps=steps)  # fmt: skip

@@ -1,7 +1,5 @@
 /* bare.c - an instrument for those who change kernels: the arithmetic of usl with FLIP and a neo-Hookean material, and
-   nothing else, with which `make bench` compares a step. A step is P2G of mass, momentum and internal force, with the
-   stress from F; the nodes' velocity and acceleration; G2P of both and of the velocity gradient, with the new velocity,
-   position and F. In 2-D it is plane strain.
+   nothing else, with which `make bench` compares a step. In 2-D it is plane strain.
 
    What it shares with Pebble are vectors, basis functions, the innermost loops (kernels/transfer_sums.c) and blocks, here
    of whole cells. It leaves out: the order of particles (they are sorted off the clock), ids, tiles, walls, wave speeds,

@@ -4,9 +4,9 @@ kernel for each phase, and loops of constant length over the 3^d nodes; it sums 
 The scheme flip is Pebble's (stress last, gradients of the splines), mls is MLS-MPM with APIC. What differs between 2-D and
 3-D is written out in the text of the kernels, since kernels with loops over the axes took up to 1.24 times as long.
 """
-import importlib.util
 import os
 import re
+import runpy
 import tempfile
 
 import numpy as np
@@ -20,7 +20,7 @@ wp.init()
 
 
 def kernels(dim):
-    """A module with the kernels of a dimension. EACH NODE stands for loops over the nodes that a particle reaches."""
+    """{name: kernel} of a dimension. EACH NODE stands for loops over the nodes that a particle reaches."""
     axes = [dict(a="xyz"[d], i="ijk"[d], d=d) for d in range(dim)]
     vec, mat, grid = f"wp.vec{dim}d", f"wp.mat{dim}{dim}d", f"wp.array{dim}d"
 
@@ -132,10 +132,7 @@ def g2p_mls({fields}, {nodes}, inv_h: real, dt: real):
     path = os.path.join(tempfile.mkdtemp(), f"kernels{dim}.py")  # Warp reads the text of its kernels from their file
     with open(path, "w") as f:
         f.write(text)
-    spec = importlib.util.spec_from_file_location(f"kernels{dim}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return runpy.run_path(path, run_name=f"kernels{dim}")
 
 
 def make(scene, scheme):
@@ -146,11 +143,10 @@ def make(scene, scheme):
     fields = [wp.zeros(n, dtype=kind) for n, kind in ((N, vector), (N, vector), (N, matrix), (N if mls else 1, matrix))]
     nodes = [wp.zeros(n, dtype=kind) for n, kind in ((shape, wp.float64), (shape, vector), ((1,) * dim if mls else shape, vector))]
     of = kernels(dim)
-    p2g, update, g2p = (getattr(of, f"{phase}_{scheme}") for phase in ("p2g", "nodes", "g2p"))
-    unit = np.broadcast_to(np.eye(dim), (N, dim, dim))
+    p2g, update, g2p = (of[f"{phase}_{scheme}"] for phase in ("p2g", "nodes", "g2p"))
 
     def reset(x0, v0):
-        for field, start in zip(fields, (x0, v0, unit)):
+        for field, start in zip(fields, (x0, v0, np.broadcast_to(np.eye(dim), (N, dim, dim)))):
             field.assign(start)
         fields[3].zero_()
 

@@ -27,7 +27,7 @@ def within(some):
 CLAIMS = {
     "It was faster than one process and than the pool in every run of every scene on 2 to 32 processes, in every class of evidence.":
         lambda: (pool := every("measured", *CLASSES, how=POOL)) and all(x > max(1, pool.get(key, 0)) for key, x in every("measured", *CLASSES).items()),
-    "On two processes the pool took longer than one process in every run.": lambda: max(every("measured", how=POOL).values()) < 1,
+    "On two processes the pool took longer than one process in every run": lambda: max(every("measured", how=POOL).values()) < 1,
     "Every figure for more processes is the answer of a model.": lambda: max(p for *_, p in every("measured")) == 2,
     "The critical path was the most exact where it could be tested":
         lambda: min(CLASSES, key=lambda kind: max(abs(q - 1) for q in ratios(kind))) == "critical path",
