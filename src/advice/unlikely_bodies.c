@@ -406,6 +406,21 @@ PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
+PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
+
+  if (!load->fixed) return PETSC_FALSE;
+  odd->ratio = 0;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal off = PetscMax(load->point[d] - grid->upper[d], grid->lower[d] - load->point[d]);
+
+    odd->ratio = PetscMax(odd->ratio, off / (grid->upper[d] - grid->lower[d]));
+  }
+  return MPMUnlikelyGiven("load", load->name, "_point", odd);
+}
+
 PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];

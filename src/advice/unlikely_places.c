@@ -119,6 +119,25 @@ PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_mass", odd);
 }
 
+PetscBool MPMUnlikely_rigid_inertia(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b   = RigidBody(look, k);
+  const PetscInt dim = look->core->grid.dim;
+  MPMRigidMass   mass;
+
+  if (!b || !(b->inertia[0] > 0)) return PETSC_FALSE;
+  MPMRigidMassOf(&b->region, dim, look->core->grid.round, &mass);
+  odd->ratio = 0;
+  for (PetscInt d = 0; d < (dim == 3 ? 3 : 1); d++) {
+    const PetscReal own = mass.inertia[dim == 3 ? 4 * d : 8] * b->mass / mass.volume;
+
+    if (b->inertia[d] <= odd->ratio * own) continue;
+    odd->ratio = b->inertia[d] / own;
+    MPMUnlikelyWrite(odd->other, own);
+  }
+  return MPMUnlikelyGiven("body", b->name, "_inertia", odd);
+}
+
 PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody  *b    = RigidBody(look, k);
