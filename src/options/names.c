@@ -294,15 +294,15 @@ static const char *OwnWords(MPMOptions o, const char given[])
    does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
-  char nearest[MPM_FULL_LEN], alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
+  char nearest[MPM_FULL_LEN] = "", alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
   const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
-  nearest[0] = 0;
   if (of) Nearest(o, of, nearest);
+  if (of && FromAlias(o, given, alias)) (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
