@@ -216,6 +216,9 @@ for what, options, expected in (
          "SCENE=<options file> measures the constants of the model")):
     said = run(*options, status=2, program=calibrate, scene=whole_scene).strip()
     holds(f"a calibration {what}", said == expected if expected else "\n" not in said, said)
+said = run(status=2, program=calibrate, scene=["-options_file", check.scene("reissner")]).strip()
+holds("a calibration times explicit steps alone", said == "make calibrate times explicit steps, not those of -method_time static, euler or newmark: "
+      "their time is predicted from the first iterations of Newton's method", said)
 holds("and has left that file as it was", open("scene.opts").read() == kept)
 holds("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 

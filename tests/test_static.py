@@ -191,6 +191,7 @@ def check_round():
         told = run(name, scene, "-material_m_yield", 1, "-load_p_value", load, "-dt_retry", 4, *QUIET, status=3)
         limits[name] = 2 * float(re.search(r"stopped at step \d+, t=(\S+) s", told.said)[1]) / known
     check.that(0.97 < limits["ring"] < 1.03 and 0.95 < limits["shell"] < 1.1, f"limits over those known: cylinder {limits['ring']:.3f}, ball {limits['shell']:.3f}")
+    updated_round()
     scene = [*ring(8, E="1000"), "-load_p_value 100*t"]
     whole = [run(f"round{n}", scene, n=n) for n in (1, 2, 3)]
     off = max(np.abs(moved(f"round{n}")[1] - moved("round1")[1]).max() for n in (2, 3))
@@ -198,6 +199,42 @@ def check_round():
     run("roundgo", scene, "-time_max_steps", 5, "-checkpoint_every", 0.1)
     again = run("roundgo", scene, "-restart_file", "latest")
     check.that(again.digest == whole[0].digest, f"restarted: {again.digest}, whole {whole[0].digest}")
+
+
+def updated_round():
+    """The same in the updated frame: Lame, the limit of the cylinder, fast convergence in the second step, a wide cylinder beside the exact
+    stretches that it has in large strain, bits after a restart, several processes."""
+    for n, most in ((8, 1.5e-3), (16, 5e-4)):
+        run("ring", ring(n, E="1000"), "-load_p_value", "0.01*t", "-dt_size", 0.5, *UPDATED)
+        x, u = moved("ring")
+        want = 1.3e-3 * 0.01 / 3 * (0.4 * x[:, 0] + 4 / x[:, 0])
+        error = np.sqrt(np.mean((u[:, 0] - want) ** 2) / np.mean(want**2))
+        check.that(error < most, f"updated frame, cylinder, {n} cells: error {error:.2g}")
+    for more in ((), ("-material_m_nu", 0.49, "-method_locking", "fbar")):
+        told = run("ring", ring(8, E="1000"), "-load_p_value", "100*t", "-dt_size", 0.5, "-dt_strain", 10, "-snes_monitor", "-snes_rtol", 1e-11, *more, *UPDATED, *QUIET)
+        norms = [float(v) for v in re.findall(r"SNES Function norm (\S+)", told.out.rpartition("  0 SNES")[2])]
+        norms = [v for v in norms if v > 1e-12 * norms[0]]
+        rate = math.log(norms[-1] / norms[-2]) / math.log(norms[-2] / norms[-3])
+        check.that(rate > 1.5, f"updated frame, large strain {more}: residuals {' '.join(f'{v / norms[0]:.1e}' for v in norms)}, ratio {rate:.2f}")
+    told = run("ring", ring(8, law="vonmises", E="1e4"), "-material_m_yield", 1, "-load_p_value", "2*t", "-dt_retry", 4, *UPDATED, *QUIET, status=3)
+    limit = 2 * float(re.search(r"stopped at step \d+, t=(\S+) s", told.said)[1]) / (2 / math.sqrt(3) * math.log(2))
+    check.that(0.97 < limit < 1.03, f"updated frame, limit over that known: {limit:.3f}")
+    # A disk that is pulled at its rim, of constant height, is stretched by F along r and around the axis: P = lambda ln(F^2)/F + mu (F - 1/F).
+    wide = ["-geometry axisymmetric", "-grid_lower 0,0", "-grid_upper 2.25,1", "-grid_h 0.125,0.125", "-bc_xmin_type slip", "-bc_ymin_type slip", "-bc_ymax_type slip",
+            *body("box", E="1000", lower="0,0", upper="1.5,1"), "-loads p", "-load_p_body b", "-load_p_type traction", "-load_p_face xmax", "-load_p_value 300*t,0", "-time_end 1"]
+    pull = lambda F: 300 / 0.52 * 2 * math.log(F) / F + 1000 / 2.6 * (F - 1 / F)
+    for frame in ("total", "updated"):
+        run("wide", wide, "-dt_size", 0.1, "-method_frame", frame)
+        F = particles("wide")[1]["F"].reshape(-1, 3, 3)
+        off = [pull(F[:, k, k].mean()) / 300 - 1 for k in (0, 2)]
+        check.that(max(map(abs, off)) < 0.01 and F[:, 0, 0].mean() > 1.18, f"{frame} frame: a disk widens by {F[:, 0, 0].mean():.5f}, around the axis by {F[:, 2, 2].mean():.5f}; its stress is off by {off[0]:.1e} and {off[1]:.1e}")
+    scene = [*ring(8, E="1000"), "-load_p_value 100*t"]
+    whole = {n: run(f"round{n}", scene, *UPDATED, n=n) for n in (1, 2, 3)}
+    off = max(np.abs(moved(f"round{n}")[1] - moved("round1")[1]).max() for n in (2, 3))
+    check.that(off < 1e-7, f"updated frame, 1, 2, 3 processes: displacements differ by {off:.2g} m")
+    run("roundgo", scene, *UPDATED, "-time_max_steps", 5, "-checkpoint_every", 0.1)
+    again = run("roundgo", scene, *UPDATED, "-restart_file", "latest")
+    check.that(again.digest == whole[1].digest, f"updated frame, restarted: {again.digest}, whole {whole[1].digest}")
 
 
 def check_separate():
@@ -242,6 +279,25 @@ def check_separate():
                         "-history_walls ymin", "-history_every 0.1"])
     force = check.history("ball/ball.csv")["reaction_ymin_y"][-1]
     check.that(abs(force / (4 / 3 * 1000 / 0.91 * 0.02**1.5) - 1) < 0.08 and newton(ball) < 60, f"a ball pressed on the floor by 0.02 of its radius: {force:.3f} N, Hertz {4 / 3 * 1000 / 0.91 * 0.02**1.5:.3f} N; {newton(ball)} Newton iterations")
+    for n in (1, 2):
+        run(f"lift{n}", long, *UPDATED, n=n)
+    x, u = moved("lift1")
+    last = check.history("lift1/lift1.csv")
+    up = x[(x[:, 1] < 0.125) & (u[:, 1] > 1e-6), 0].min()
+    check.that(abs(last["reaction_ymin_y"][-1] - 3) < 1e-6 and abs(up - 4.19) < 0.3, f"updated frame: the floor carries {last['reaction_ymin_y'][-1]:.9f} N; the beam is above it at {up:.3f} m")
+    off = np.abs(moved("lift2")[1] - u).max()
+    check.that(u[:, 1].min() > -1e-4 and off < 1e-8, f"nothing sinks by more than {-1e3 * u[:, 1].min():.3f} mm; 1 and 2 processes differ by {off:.2g} m")
+    run("press", short, *UPDATED)
+    run("free", short, "-bc_ymin_type", "free", "-history_walls", "xmin", *UPDATED)
+    hold, other = check.history("press/press.csv")["reaction_ymin_y"], moved("free")[1]
+    off = np.abs(moved("press")[1] - other).max() / np.abs(other).max()
+    check.that(hold[1] > 10 and abs(hold[-1]) < 1e-9 and off < 2e-3, f"pressed the floor carries {hold[1]:.3f} N, and {hold[-1]:.1g} N from the lifted beam, which moves as without it but for {off:.1g}")
+    fall = ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-dt_size 0.05", "-grid_upper 4.5,2.5", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
+            *body("box", E="400", rho=1, lower="0,0.75", upper="4,1.75"), "-history_walls ymin", "-history_every 0.05"]
+    run("falls", fall, *UPDATED)
+    x, u = moved("falls")
+    end, hold = 0.75 + u[x[:, 1] < 0.9, 1].min(), check.history("falls/falls.csv")["reaction_ymin_y"]
+    check.that(abs(hold[1]) < 1e-9 and hold.min() > -1e-9 and hold[-1] > 0.1 and abs(end) < 0.15, f"a beam 0.75 m above the floor comes to it: {end:.4f} m above it the lowest particle, which carries {hold[-1]:.3f} N")
     through = run("through", ["-bc_ymin_type separate", "-grid_lower 0,0", "-time_end 1", "-grid_upper 4.5,3", "-grid_h 0.25,0.25", "-bc_xmin_type fixed", "-gravity 0,-1",
                               *body("box", E="300", rho=1, lower="0,1", upper="4,2")], *QUIET, status=3)
     check.that("b has met its wall ymin (separate)" in through.said, f"a body that comes from afar is told: {through.err.strip()[-200:]}")

@@ -303,7 +303,7 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
 }
 
 /* Warns of friction angles that are likely to be radians, and of those that act as others: a cone that was fitted in
-   triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows. */
+   triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows, but where nothing flows. */
 static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
@@ -317,13 +317,14 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
     (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if (!chosen && core->grid.dim == 2 && !core->grid.round && m->acts[1] - angle > MPM_BOUND_angle_acts)
+    if ((!chosen || m->acts[1] >= 90) && core->grid.dim == 2 && !core->grid.round &&
+        m->acts[1] - angle > MPM_BOUND_angle_acts)
       PetscCall(MPMWarn(
           &core->print,
           "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "
-          "plane strain, give %s plane_strain, else %s triaxial",
+          "plane strain, give %s plane_strain%s%s%s",
           name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
-          (double)angle, fit, fit));
+          (double)angle, fit, chosen ? "" : ", else ", chosen ? "" : fit, chosen ? "" : " triaxial"));
     if (angle > 0 && angle < MPM_BOUND_angle)
       PetscCall(MPMWarn(&core->print, "%s %g is in degrees; if radians are meant, write %.3g", name, (double)angle,
                         (double)(angle * 180 / PETSC_PI)));

@@ -62,29 +62,6 @@ static const MPMOptionRow *Find(MPMOptions o, const char given[])
 
 /* --- The closest name --------------------------------------------------------------------------------------------- */
 
-/* Described in reader.h. */
-int MPMOptionsDistance(const char a[], const char b[])
-{
-  int       d[3][MPM_FULL_LEN + 1];
-  const int na = (int)strlen(a), nb = (int)strlen(b);
-
-  if (na > MPM_FULL_LEN || nb > MPM_FULL_LEN) return 1000;
-  for (int j = 0; j <= nb; j++) d[0][j] = j;
-  for (int i = 1; i <= na; i++) {
-    int *now = d[i % 3], *last = d[(i + 2) % 3], *before = d[(i + 1) % 3];
-
-    now[0] = i;
-    for (int j = 1; j <= nb; j++) {
-      const int same = tolower(a[i - 1]) == tolower(b[j - 1]);
-
-      now[j] = PetscMin(PetscMin(last[j] + 1, now[j - 1] + 1), last[j - 1] + !same);
-      if (i > 1 && j > 1 && tolower(a[i - 1]) == tolower(b[j - 2]) && tolower(a[i - 2]) == tolower(b[j - 1]))
-        now[j] = PetscMin(now[j], before[j - 2] + 1);
-    }
-  }
-  return d[na % 3][nb];
-}
-
 /* Returns whether `name` ends with _ and `tail`. */
 static PetscBool EndsWith(const char name[], const char tail[])
 {
@@ -219,6 +196,8 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
   return PETSC_FALSE;
 }
 
+static const char face[] = "a face of the grid";
+
 /* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
@@ -237,7 +216,7 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
             : open[1] == 'l' ? "among -loads"
             : open[1] == 'c' ? "among -contacts"
             : open[1] == 'p' ? "among -probes"
-                             : "a face of the grid";
+                             : face;
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -322,8 +301,13 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
   else if (nearest[0])
     (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
+    const char *side = list == face ? MPMOptionsForeignValue(o->table, "load_<l>_face", name) : NULL;
+
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
-    if (MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
+    if (side)
+      (void)snprintf(hint, sizeof hint, "; %s", side);
+    else if (MPMOptionsDistance(given, nearest) > 1)
+      hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
   PetscFunctionReturn(PETSC_SUCCESS);

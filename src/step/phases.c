@@ -188,9 +188,9 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | B(F33) | (core->needs.barred ? B(bar) : 0);
     if (core->needs.stepped && k == P2G_FORCE) {
       phase->parts |= MPM_P2G_TOTAL;
-      phase->particles_in |= B(H);
+      phase->particles_in |= B(H) | B(H33);
     }
-    if (core->needs.stepped && k == G2P_STRESS) phase->particles_out |= B(H);
+    if (core->needs.stepped && k == G2P_STRESS) phase->particles_out |= B(H) | B(H33);
     if (core->needs.stepped && core->needs.barred && (k == G2P_STRESS || k == P2G_FORCE)) {
       phase->particles_in |= B(bar);
       if (k == G2P_STRESS) phase->particles_out |= B(bar);

@@ -361,6 +361,7 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
     SNESLineSearch search;
 
     PetscCall(ToNodes(s, s->was));
+    PetscCall(MPMParticlesPutBack(&core->particles)); /* the new solve begins with forces and gaps of this state */
     PetscCall(SNESGetLineSearch(s->snes, &search));
     PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBT));
     PetscCall(Solve(s, &reason));
