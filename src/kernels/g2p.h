@@ -229,12 +229,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
         for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&vn[d][l]));
       MPMScatter(dim, r, &o, 0, o.n, particles->r);
     }
-    for (PetscInt l = 0; l < o.n && particles->H; l += MPM_WIDTH) {
-      MPMReal H[9];
-
-      for (int k = 0; k < dim * dim; k++) H[k] = par->dt * MPMRead(&L[k][l]);
-      MPMStore(dim * dim, H, &o, l, l, l + MPM_WIDTH, particles->H);
-    }
+    if (particles->H) MPMKeepGradients(dim, par, particles, &o, L);
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) state = MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~(MPM_BIT(F) | MPM_BIT(F33)), &o, &s, &b);
     MPMMoveBlock(dim, par, patch, parts, state, &o, vn, an, L, &s, &b, &found, status);

@@ -47,11 +47,15 @@ MPM_INLINE void MPMMotionGradient(int dim, const MPMView *particles, const MPMBl
 }
 
 /* Returns F33 of a vector of particles of bodies of revolution from lane l on; times the factor of F-bar, if there is
-   one. */
+   one; in a static step of the updated frame that of the step. */
 MPM_INLINE MPMReal MPMMotionAround(const MPMView *particles, const MPMBlockOrder *o, PetscInt l)
 {
   MPMReal F33, bar;
 
+  if (particles->H33) {
+    MPMLoad(1, particles->H33, o, l, &F33);
+    return F33 + 1.0;
+  }
   MPMLoad(1, particles->F33, o, l, &F33);
   if (!particles->bar) return F33;
   MPMLoad(1, particles->bar, o, l, &bar);
@@ -80,6 +84,22 @@ MPM_INLINE void MPMPiola(int dim, const MPMView *particles, const MPMBlockOrder 
       for (int k = 1; k < dim; k++) P[d * dim + e] = MPMFma(S[d * dim + k], back[e * dim + k], P[d * dim + e]);
     }
   for (int k = 0; k < dim * dim; k++) S[k] = P[k];
+}
+
+/* Keeps the displacement gradients dt L [dim*dim] of a block in a static step of the updated frame, in bodies of
+   revolution also that around the axis. */
+MPM_INLINE void MPMKeepGradients(int dim, const MPMParams *par, const MPMView *particles, const MPMBlockOrder *o,
+                                 const MPMComponent *L)
+{
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+    MPMReal H[9];
+
+    for (int k = 0; k < dim * dim; k++) H[k] = par->dt * MPMRead(&L[k][l]);
+    MPMStore(dim * dim, H, o, l, l, l + MPM_WIDTH, particles->H);
+    if (!particles->H33) continue;
+    H[0] = par->dt * MPMRead(&L[4][l]);
+    MPMStore(1, H, o, l, l, l + MPM_WIDTH, particles->H33);
+  }
 }
 
 /* Multiplies the squared wave speeds c2, m^2/s^2, of lanes from `from` to next-1 by a bound of 1/(least stretch)^2: the

@@ -107,7 +107,7 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_separate && mpm->core.grid.total && (!strcmp(time, "static") || !strcmp(time, "euler")))
+    if (type == MPM_WALL_separate && (!strcmp(time, "static") || !strcmp(time, "euler")))
       continue; /* a bound of nodes */
     if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
       MPMOptionsFail(o,

@@ -41,8 +41,6 @@ static PetscErrorCode Refuse(MPM mpm, const char time[], MPMOptions o)
   }
   for (size_t k = 0; k < sizeof moving / sizeof moving[0] && !mpm->core.grid.total; k++)
     PetscCall(MPMOptionsRefuse(o, moving[k][0], moving[k][1], by, "nothing moves in time"));
-  if (!mpm->core.grid.total && mpm->core.grid.round)
-    MPMOptionsFail(o, "-geometry axisymmetric does not apply with %s -method_frame updated, whose steps have no strain around the axis: leave -method_frame out", by);
   PetscCall(PetscOptionsGetString(NULL, NULL, "-parallel_strategy", strategy, sizeof strategy, NULL));
   if (!strcmp(strategy, "pool"))
     MPMOptionsFail(o, "-parallel_strategy pool does not apply with %s: each iteration would send all particles; use spatial", by);

@@ -188,9 +188,9 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | B(F33) | (core->needs.barred ? B(bar) : 0);
     if (core->needs.stepped && k == P2G_FORCE) {
       phase->parts |= MPM_P2G_TOTAL;
-      phase->particles_in |= B(H);
+      phase->particles_in |= B(H) | B(H33);
     }
-    if (core->needs.stepped && k == G2P_STRESS) phase->particles_out |= B(H);
+    if (core->needs.stepped && k == G2P_STRESS) phase->particles_out |= B(H) | B(H33);
     if (core->needs.stepped && core->needs.barred && (k == G2P_STRESS || k == P2G_FORCE)) {
       phase->particles_in |= B(bar);
       if (k == G2P_STRESS) phase->particles_out |= B(bar);
@@ -260,6 +260,10 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   core->energy.mean = method->scheme->keeps_increment                      ? MPM_MEAN_AGAIN
                       : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
                                                                            : MPM_MEAN_PARTICLES;
+  core->energy.maps = core->energy.on && !core->grid.total && !core->implicit &&
+                              (method->scheme->keeps_increment || method->scheme->direct)
+                          ? PETSC_TRUE
+                          : PETSC_FALSE;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;

@@ -35,7 +35,7 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
 {
   MPMCore       *core   = s->core;
   const MPMGrid *grid   = &core->grid;
-  const PetscInt dim    = grid->dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt dim    = grid->dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(kind) | MPM_BIT(l);
   PetscReal     *own, *inside[3], h = 1;
   Vec            volume;
   PetscScalar   *v;
@@ -46,7 +46,7 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   PetscCall(VecDuplicate(s->u, &volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const PetscReal J = grid->total ? 1 : MPMDet((int)dim, view.F + p * dim * dim);
+    const PetscReal J = grid->total ? 1 : MPMDet((int)dim, view.F + p * dim * dim) * (grid->round ? view.F33[p] : 1);
 
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
