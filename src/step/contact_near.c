@@ -47,8 +47,8 @@ static void Spread(PetscInt n, PetscInt step, PetscInt before, PetscInt after, u
   uint32_t one[MOST_AROUND];
 
   for (PetscInt i = 0; i < n; i++) one[i] = rows[i * step];
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt q = PetscMax(0, i - before); q <= PetscMin(n - 1, i + after); q++) rows[i * step] |= one[q];
+  for (PetscInt q = 0; q < n; q++)
+    for (PetscInt i = PetscMax(0, q - after); i <= PetscMin(n - 1, q + before) && one[q]; i++) rows[i * step] |= one[q];
 }
 
 /* Does so along all axes. */
@@ -59,6 +59,7 @@ static void SpreadAll(const PetscInt n[], const PetscInt before[], const PetscIn
     for (PetscInt j = 0; j < n[1]; j++) {
       const uint32_t one = rows[k][j];
 
+      if (!one) continue;
       for (PetscInt q = 1; q <= before[0]; q++) rows[k][j] |= one << q;
       for (PetscInt q = 1; q <= after[0]; q++) rows[k][j] |= one >> q;
     }
@@ -88,15 +89,18 @@ static PetscBool LookAround(const Search *s, PetscInt copy, const PetscInt at[],
       bit[d][k]  = (cell & (edge - 1)) << bits * d;
     }
   }
-  memset(r->near, 0, sizeof r->near);
+  memset(r->near, 0, (size_t)n[2] * sizeof *r->near);
   for (i[2] = 0; i[2] < n[2]; i[2]++)
     for (i[1] = 0; i[1] < n[1]; i[1]++)
-      for (i[0] = 0; i[0] < n[0]; i[0]++)
-        if (tile[0][i[0]] >= 0 && tile[1][i[1]] >= 0 && tile[2][i[2]] >= 0 &&
-            cells[tile[0][i[0]] + tile[1][i[1]] + tile[2][i[2]]] >> (bit[0][i[0]] + bit[1][i[1]] + bit[2][i[2]]) & 1)
-          r->near[i[2]][i[1]] |= (uint32_t)1 << i[0], any = PETSC_TRUE;
+      for (i[0] = 0; i[0] < n[0] && tile[1][i[1]] >= 0 && tile[2][i[2]] >= 0; i[0]++) {
+        const PetscInt one = tile[0][i[0]];
+        const uint64_t row = one < 0 ? 0 : cells[one + tile[1][i[1]] + tile[2][i[2]]] >> (bit[1][i[1]] + bit[2][i[2]]);
+
+        if (row >> bit[0][i[0]] & 1) r->near[i[2]][i[1]] |= (uint32_t)1 << i[0], any = PETSC_TRUE;
+        while (!(row & (((uint64_t)1 << edge) - 1)) && i[0] + 1 < n[0] && tile[0][i[0] + 1] == one) i[0]++;
+      }
   if (!any) return PETSC_FALSE;
-  memcpy(r->touched, r->near, sizeof r->touched);
+  memcpy(r->touched, r->near, (size_t)n[2] * sizeof *r->near);
   SpreadAll(n, r->reach, r->reach, r->near);
   SpreadAll(n, reach, zero, r->touched);
   return PETSC_TRUE;
@@ -111,11 +115,12 @@ static PetscBool IsCellNear(const Search *s, const Around *r, PetscInt in, uint6
   PetscInt       at[3] = {0};
 
   for (int d = 0; d < dim; d++) at[d] = r->reach[d] + (in >> bits * d & ((1 << bits) - 1));
+  if (!(r->near[at[2]][at[1]] >> at[0] & 1)) return PETSC_FALSE;
   *mixed = 0;
   for (PetscInt k = 0; k < (dim > 2 ? nodes : 1); k++)
     for (PetscInt j = 0; j < (dim > 1 ? nodes : 1); j++)
       *mixed |= (uint64_t)(r->touched[at[2] + k][at[1] + j] >> at[0] & ((1u << nodes) - 1)) << (k * nodes + j) * nodes;
-  return r->near[at[2]][at[1]] >> at[0] & 1 ? PETSC_TRUE : PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
 /* Makes room for n more particles in the list. */
