@@ -111,8 +111,9 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
-  PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : PCGAMG));
-  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG)); /* masses make K well conditioned */
+  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
+  PetscCall(KSPGMRESSetRestart(ksp, 100));
   PetscCall(SNESSetFromOptions(s->snes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -238,6 +239,9 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
                      "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB; snes %s with line search %s, ksp %s, pc %s; the same bits each time on "
                      "as many processes\n",
                      n, (double)(bytes / 1e6), type, how, linear, with));
+  for (PetscInt k = 0; k < core->params.nmaterials; k++)
+    if (!MPMTangentIsOwn(&core->params.materials[k]))
+      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n", core->params.materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
