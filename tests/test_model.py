@@ -45,6 +45,9 @@ small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_cent
 if EXTENT == "rest":
     holds("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
           re.search(r"^check .* ratio", run(*small, "-model_file", "small.model", program=calibrate), re.M))
+    staged = {"scene": ["-options_file", check.scene("release"), "-model_file", "staged.model"]}
+    run(program=calibrate, **staged)
+    holds("of a scene in stages the first one is calibrated", re.search(r"^predict .* \(constants of staged.model\)$", run("-dry_run", **staged), re.M))
     check.end()
 
 shutil.rmtree("output", ignore_errors=True)  # the constants that the last time left

@@ -147,6 +147,13 @@ def slope(how):
     for _, mu, h in [key for key in ways if key[0] == 0 and key[1] < 0.5]:
         both = ways[17, mu, h] / ways[0, mu, h] - 1
         row(abs(both) <= 0.03, f"block, floor at 17 beside that at 0, mu {mu}, H/h {0.5 / h:.0f}", f"ways differ by {both:+.4f}", "0", "3 %")
+    for mu in (0, 0.3) if how == "all" else ():  # on a level floor what remains is the elastic displacement, on all grids
+        errors = []
+        for h in (1 / 8, 1 / 16, 1 / 32):
+            found = simulate("falls", slope_scene(h, mu, 17))
+            x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
+            errors.append(abs((x[-1] - x[0]) @ frame(17)[0] / (10 * ramped_motion(found["time"][-1])[1] * (0.5 - mu * math.sqrt(0.75))) - 1))
+        row(errors[0] > errors[1] > errors[2], f"block, floor at 17, mu {mu}, H/h 4, 8, 16: error of its way", " ".join(f"{e:.5f}" for e in errors), "0", "falls")
     for tilt, h in [(tilt, h) for tilt in (0, 17) for h in (1 / 8, 1 / 16)] if how == "all" else []:
         off = []
         for E in (1e7, 1e8):
@@ -191,15 +198,6 @@ def roll(name, scene, mu, dim):
     return p[0] / m / (a * speed), -L / (inertia * m * 0.25) / ((spin or rolls(1, dim)[1]) * speed)
 
 
-def rolling(how):
-    for mu in (0, 0.2, 0.5):
-        for h in grids((1 / 12, 1 / 16, 1 / 24), how):
-            v, w = roll(f"disk{mu}-{h}", rolling_scene(h, mu, 2, time_end=0.7), mu, 2)
-            wide = 0.12 if h > 0.07 else 0.08
-            row(abs(v - 1) <= 0.05 and abs(w - (mu > 0)) <= wide, f"disk, mu {mu} {'rolls' if mu > 1 / 3 else 'slides'}, R/h {0.5 / h:.0f}",
-                f"v {v:.4f} angular v {w:.4f}", f"1, {int(mu > 0)}", f"5 %, {wide}")
-
-
 def rigid_roll(name, h, mu, dim, **more):
     """The same of a rigid ball on elastic ground."""
     scene = rolling_scene(h, mu, dim, **more)
@@ -210,10 +208,30 @@ def rigid_roll(name, h, mu, dim, **more):
     return found["velocity_ball_x"][-1] / (a * speed), -found["spin_ball_z"][-1] / ((spin or rolls(1, dim)[1]) * speed)
 
 
+def rolling(how):
+    for mu in (0, 0.2, 0.5):
+        for h in grids((1 / 12, 1 / 16, 1 / 24), how):
+            v, w = roll(f"disk{mu}-{h}", rolling_scene(h, mu, 2, time_end=0.7), mu, 2)
+            wide = 0.12 if h > 0.07 else 0.08
+            row(abs(v - 1) <= 0.05 and abs(w - (mu > 0)) <= wide, f"disk, mu {mu} {'rolls' if mu > 1 / 3 else 'slides'}, R/h {0.5 / h:.0f}",
+                f"v {v:.4f} angular v {w:.4f}", f"1, {int(mu > 0)}", f"5 %, {wide}")
+    for mu in (0, 0.2, 0.5):
+        last = 1
+        for h in grids((1 / 12, 1 / 16, 1 / 24), how):
+            v, w = rigid_roll(f"rigid{mu}-{h}", h, mu, 2, time_end=0.7)
+            off = max(abs(v - 1), abs(w - (mu > 0)))
+            row(off <= 0.05 and off < last, f"rigid disk, mu {mu} {'rolls' if mu > 1 / 3 else 'slides'}, R/h {0.5 / h:.0f}", f"v {v:.4f} angular v {w:.4f}", f"1, {int(mu > 0)}", "5 %, falls")
+            last = off
+
+
 def ball(how):
     for mu in (0.1, 0.5):
-        v, w = roll(f"ball{mu}", rolling_scene(0.125, mu, 3, length=2.5, time_end=0.5), mu, 3)
-        row(abs(v - 1) <= 0.1 and abs(w - 1) <= 0.25, f"ball, mu {mu} {'rolls' if mu > 2 / 7 else 'slides'}, R/h 4", f"v {v:.4f} angular v {w:.4f}", "1, 1", "10 %, 25 %: coarse")
+        for h in grids((1 / 8, 1 / 12, 1 / 16), how):
+            for name, (v, w), wide in (("", roll(f"ball{mu}-{h}", rolling_scene(h, mu, 3, length=2.5, time_end=0.5), mu, 3), (0.25, 0.12, 0.05)),
+                                       ("rigid ", rigid_roll(f"rigid_ball{mu}-{h}", h, mu, 3, length=2.5, time_end=0.5), (0.1, 0.05, 0.05))):
+                allowed = (0.1, wide[0]) if h > 0.1 else (0.05, wide[1] if h > 0.07 else wide[2])
+                row(abs(v - 1) <= allowed[0] and abs(w - 1) <= allowed[1], f"{name}ball, mu {mu} {'rolls' if mu > 2 / 7 else 'slides'}, R/h {0.5 / h:.0f}", f"v {v:.4f} angular v {w:.4f}", "1, 1",
+                    f"{100 * allowed[0]:.0f} %, {100 * allowed[1]:.0f} %")
 
 
 # ---- Hertz: a disk of radius 1 that its weight presses on a plate, b = 0.125; normal stress on the axis p0/sqrt(1 + (z/b)^2).
@@ -458,8 +476,8 @@ def wedge(how):
         given = [sum(found[key] for key in found if key.startswith("reaction_") and key.endswith("_" + axis)) for axis in "xy"]
         lost = max(abs(np.sum(one[1:] * np.diff(t)) - found[f"momentum_{axis}"][-1]) for one, axis in zip(given, "xy")) / np.sum(force[1:] * np.diff(t))
         work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
-        row(abs(share - 1) <= limit and lost < 1e-5 and off <= 0.02 * work and found["energy_friction"][-1] < 0, f"a wedge cuts into clay, {cells} cells",
-            f"force {share:.3f}, momentum {lost:.0e}, energy {off / work:.4f}", "1, 0, 0", f"{limit * 100:.0f} %, 1e-5, 2 % (wanted: 1 %)")
+        row(abs(share - 1) <= limit and lost < 1e-5 and off <= 0.01 * work and found["energy_friction"][-1] < 0, f"a wedge cuts into clay, {cells} cells",
+            f"force {share:.3f}, momentum {lost:.0e}, energy {off / work:.4f}", "1, 0, 0", f"{limit * 100:.0f} %, 1e-5, 1 %")
 
 
 # ---- Energy lost to friction at a rigid slope: mu times the normal force times the way; the balance closes.

@@ -198,6 +198,24 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
 
 static const char face[] = "a face of the grid";
 
+/* Writes what is meant by a name of a face that the grid does not have, or returns PETSC_FALSE. */
+static PetscBool Side(MPMOptions o, const char name[], char hint[], size_t len)
+{
+  const char *side = MPMOptionsForeignValue(o->table, "load_<l>_face", name);
+  const char(*faces)[MPM_NAME_LEN];
+
+  for (size_t r = 0; r < o->table->n && !side; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const PetscInt      n = row->name && strstr(row->name, "<f>") && strchr("yz", name[0]) ? Words(o, row, &faces) : 0;
+
+    if (!n || (strcmp(name + 1, "min") && strcmp(name + 1, "max"))) continue;
+    (void)snprintf(hint, len, "; the last axis is %c, with the faces %s and %s", faces[n - 1][0], faces[n - 2], faces[n - 1]);
+    return PETSC_TRUE;
+  }
+  if (side) (void)snprintf(hint, len, "; %s", side);
+  return side ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
@@ -276,15 +294,15 @@ static const char *OwnWords(MPMOptions o, const char given[])
    does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
-  char nearest[MPM_FULL_LEN], alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
+  char nearest[MPM_FULL_LEN] = "", alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
   const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
-  nearest[0] = 0;
   if (of) Nearest(o, of, nearest);
+  if (of && FromAlias(o, given, alias)) (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
@@ -301,13 +319,8 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
   else if (nearest[0])
     (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
-    const char *side = list == face ? MPMOptionsForeignValue(o->table, "load_<l>_face", name) : NULL;
-
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
-    if (side)
-      (void)snprintf(hint, sizeof hint, "; %s", side);
-    else if (MPMOptionsDistance(given, nearest) > 1)
-      hint[0] = 0;
+    if (!(list == face && Side(o, name, hint, sizeof hint)) && MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -52,11 +52,10 @@ def all_classes(processes):
 def table_answer():
     cells = {}
     for s in SCENES:
-        line = SCENES[s].title, thousands(data.constants(s)["particles"])
-        cells[*line, "2: measured"] = f"{speedups(s, 'strong', 'measured')[2]:.2f}"
+        cells[SCENES[s].title, "2: measured"] = f"{speedups(s, 'strong', 'measured')[2]:.2f}"
         for p, kind in itertools.product((8, 32), CLASSES):
-            cells[*line, f"{p}: {kind.split(' sim')[0]}"] = f"{speedups(s, 'strong', kind)[p]:.3g}"
-    return pivot(["scene", "particles"], cells)
+            cells[SCENES[s].title, f"{p}: {kind.split(' sim')[0]}"] = f"{speedups(s, 'strong', kind)[p]:.3g}"
+    return pivot(["scene"], cells)
 
 
 def interval(kind, ways=(DIRECT, SWARM), size=(1e5, 1e9)):
@@ -130,8 +129,8 @@ def table_scenes():
         patch = find(data.evidence("strong", "measured"), "pool_cells", "scene", way=POOL)[s]
         imbalance = find(data.evidence("strong", "critical path"), "imbalance", scene=s, way=DIRECT)
         lines.append([SCENES[s].title, f"{BASES[r['basis']]}, {r['update']}", r["cells"].replace("x", " x "), "; ".join(sizes), f"{patch}; {data.constants(s)['patch']}",
-                      f"{imbalance[8]:.2f}; {imbalance[32]:.2f}", r["motion"]])  # fmt: skip
-    return markdown(["scene", "basis, update", "cells, strong scaling", "particles: strong; weak on 1", "cells of a patch: real; simulated", "imbalance: 8; 32", "motion at the start"], lines)
+                      f"{imbalance[8]:.2f}; {imbalance[32]:.2f}"])  # fmt: skip
+    return markdown(["scene", "basis, update", "cells, strong scaling", "particles: strong; weak on 1", "cells of a patch: real; simulated", "imbalance: 8; 32"], lines)
 
 
 def disturbed(scene, study):
