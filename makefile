@@ -170,12 +170,15 @@ coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERA
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bare := $(widths:%=$(BUILD)/bare_%)
-bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: also 10^7 particles
+peers := build/bench-venv
+bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes
 	@tools/install.sh run
+	-@$(if $(filter short,$(BENCH)),,test -d $(peers) || { $(python) -m venv $(peers) && \
+	  grep == tools/requirements-bench.txt | xargs -n 1 $(peers)/bin/pip install -q; })
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare \
 	  --flags="$(strip $(flags)); of the bare kernels also $(bare.flags); of seed_serial $(notdir $(CC)) $(seed.flags)" \
-	  $(if $(filter full short,$(BENCH)),--$(BENCH),$(BENCH))
+	  $(if $(filter short,$(BENCH)),--short,$(BENCH))
 
 paper: ## run the studies of docs/paper.md, renew its tables and figures
 	@tools/install.sh run
@@ -209,8 +212,8 @@ scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/s
 	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	@$(python) tools/scaling/scaling.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
-report: ## docs/report.md, model.md and figures anew from docs/data, and docs/report.html; REPORT=all: all data first
-	@tools/install.sh report
+report: ## docs/report.md, model.md, performance.md and figures anew from docs/data; REPORT=all: all data first
+	@tools/install.sh run
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
@@ -254,7 +257,7 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/quadrature build
 	@$(after)
 
 pages: $(PEBBLE)
-	@$(python) tools/report/constants.py --pebble $(program)
+	@$(python) tools/report/constants.py $(program)
 	@$(python) tools/report/report.py
 
 # ---- Building. A line a file; V=1 shows the commands.

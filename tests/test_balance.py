@@ -43,17 +43,18 @@ def largest(history, name):
 
 
 def check_integration():
-    """A bar: FLIP loses nothing by usf and musl, and what is left falls with dt."""
+    """A bar: FLIP loses nothing by usf, and by musl hardly more than that its particles move between two mappings; what is left falls
+    with dt."""
     for update in ("usf", "usl", "musl"):
         left = []
         for cfl in (0.4, 0.2, 0.1):
             _, history = run("bar", "bar", "-method_basis", "bspline2", "-method_update", update, "-time_end", 0.48, "-dt_cfl", cfl, "-check_energy", 0)
             sums_up(f"bar, {update}", history)
             left.append(largest(history, "integration"))
-        check.that(left[0] < 0.05 and left[1] < 0.6 * left[0] and left[2] < 0.6 * left[1],
+        check.that(left[0] < 0.012 and left[1] < 0.6 * left[0] and left[2] < 0.6 * left[1],
                    f"bar, {update}: integration is {left[0]:.5f}, {left[1]:.5f}, {left[2]:.5f} of the energy for C = 0.4, 0.2, 0.1")
         lost = terms(history)["transfer"][-1] / size(history)
-        check.that(-0.01 < lost < -1e-7 if update == "usl" else abs(lost) < 1e-12, f"bar, {update}: FLIP loses {-lost:.1e} of the energy")
+        check.that(-0.01 < lost < -1e-7 if update == "usl" else abs(lost) < (1e-12 if update == "usf" else 1e-6), f"bar, {update}: FLIP loses {-lost:.1e} of the energy")
 
 
 def check_transfer():
@@ -70,7 +71,7 @@ def check_transfer():
 def check_friction():
     """A block slides: friction takes mu m g s, and about what it takes from the momentum times the velocity of the whole block;
     the foot is a little slower than that. Its momentum falls by mu m g t, whatever the step is."""
-    for update, most, all_cfl in (("musl", 0.001, (0.4, 0.1)), ("usl", 0.01, (0.4, 0.1)), ("usf", 0.02, (0.4, 0.1))):
+    for update, most, all_cfl in (("musl", 0.0003, (0.4, 0.1)), ("usl", 0.0003, (0.4, 0.1)), ("usf", 0.02, (0.4, 0.1))):
         for cfl in all_cfl:
             _, history = run("friction", "friction", "-method_basis", "bspline2", "-method_update", update, "-method_transfer", "flip", "-time_end", 0.6, "-history_every", 0, "-dt_cfl", cfl)
             sums_up(f"friction, {update}", history)
@@ -101,7 +102,7 @@ def check_laws():
     sums_up("metal", history)
     plastic = 1e3 * np.sum(particles["plastic_strain"]) / len(particles["id"])
     took = -terms(history)["laws"][-1]
-    check.that(told.good and plastic > 0.3 * size(history) and abs(took / plastic - 1) < 0.01 and largest(history, "integration") < 0.02,
+    check.that(told.good and plastic > 0.3 * size(history) and abs(took / plastic - 1) < 0.01 and largest(history, "integration") < 0.005,
                f"metal: laws take {took:.4f} J, yield stress times plastic strain is {plastic:.4f} J; integration {largest(history, 'integration'):.4f}")
     # All heat stays in W, so the laws take the share of plastic work that is no heat; without that share nothing.
     for share in (0.5, 1.0):
@@ -122,7 +123,7 @@ def check_laws():
     sums_up("sand", history)
     base = history["external_work"][-1]
     took, left = terms(history)["laws"][-1] / base, np.abs(terms(history)["integration"]).max() / base
-    check.that(took < -0.2 and left < 0.02, f"sand: laws take {-took:.3f} of the work of gravity, integration {left:.4f}")
+    check.that(took < -0.2 and left < 0.003, f"sand: laws take {-took:.3f} of the work of gravity, integration {left:.4f}")
 
 
 def check_walls():

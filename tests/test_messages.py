@@ -104,15 +104,15 @@ soil = BOX.replace("neohookean", "druckerprager") + "-material_m_friction_angle 
 box("a friction angle without an equal in plane strain", 0, "acts in plane strain like 90 degrees or more, so that it hardly flows; if 60 is meant in plane strain, give", *FEW, text=soil)
 
 metal = ["-material_m_model", "vonmises", "-material_m_rho", "7850", "-material_m_E", "2.1e11", "-material_m_yield"]
-box("a yield stress in MPa", 0, "note       -material_m_yield 235 Pa is 1.1e-09 times -material_m_E; both are in Pa, and 1 MPa is 1e6 Pa", *FEW, *metal, "235")
-box("a modulus in MPa", 0, "note       -material_m_E 210000 Pa is small for a solid of 7850 kg/m.3; if MPa are meant, write 2.1e.11", *FEW, *metal, "235", "-material_m_E", "2.1e5")
+box("a yield stress in MPa", 0, "note       -material_m_yield 235 Pa is 1.12e-09 times -material_m_E; usual is 0.0001 to 0.05 times it; if MPa are meant, write 2.35e.08", *FEW, *metal, "235")
+box("a modulus in MPa", 0, "note       -material_m_E 2.1e5 Pa: metals have 1e.10 to 5e.11; if MPa are meant, write 2.1e.11", *FEW, *metal, "235", "-material_m_E", "2.1e5")
 run = box("both in Pa", 0, "digest", *FEW, *metal, "2.35e8", "-output_name", "metal", "-body_b_velocity", "1,0")
 check.that("note " not in run.out, "a metal in SI units gets no note")
 hot = re.sub(r"-material_m_(E|nu) .*\n", "", BOX).replace("neohookean", "johnsoncook").replace("1000", "8960", 1) + \
     "".join(f"-material_m_{name}\n" for name in ("G 4.7e10", "c0 3933", "hugoniot_slope 1.489", "gruneisen 1.99", "yield 9e7", "specific_heat 383"))
 box("degrees Celsius", 0, "note       -material_m_temperature 25 is in K, as -material_m_melting is; if degrees Celsius are meant, write 298.15 and 1356.15", *FEW,
     "-material_m_temperature", "25", "-material_m_melting", "1083", text=hot)
-box("a shear modulus in GPa", 0, "note       -material_m_G 47 Pa is small for a solid of 8960 kg/m.3; if GPa are meant, write 4.7e.10", *FEW, "-material_m_G", "47", text=hot)
+box("a shear modulus in GPa", 0, "note       -material_m_G 47 Pa: metals have 4e.09 to 3e.11; if GPa are meant, write 4.7e.10", *FEW, "-material_m_G", "47", text=hot)
 box("few steps", 0, r"note       the run makes only \d+ steps until -time_end 0.2 s, in which waves cross few cells; check it, and the units of moduli and densities", *QUIET, "-time_end", "0.2")
 run = box("no other notes", 0, "digest", *QUIET, "-output_name", "plain", "-dt_cfl", "0.4", "-body_b_velocity", "0.1,0")
 check.that("note " not in run.out, f"a run of more steps gets no note: {run.find('^(note .*)$')}")

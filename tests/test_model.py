@@ -45,6 +45,9 @@ small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_cent
 if EXTENT == "rest":
     holds("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
           re.search(r"^check .* ratio", run(*small, "-model_file", "small.model", program=calibrate), re.M))
+    staged = {"scene": ["-options_file", check.scene("release"), "-model_file", "staged.model"]}
+    run(program=calibrate, **staged)
+    holds("of a scene in stages the first one is calibrated", re.search(r"^predict .* \(constants of staged.model\)$", run("-dry_run", **staged), re.M))
     check.end()
 
 shutil.rmtree("output", ignore_errors=True)  # the constants that the last time left
@@ -216,6 +219,9 @@ for what, options, expected in (
          "SCENE=<options file> measures the constants of the model")):
     said = run(*options, status=2, program=calibrate, scene=whole_scene).strip()
     holds(f"a calibration {what}", said == expected if expected else "\n" not in said, said)
+said = run(status=2, program=calibrate, scene=["-options_file", check.scene("reissner")]).strip()
+holds("a calibration times explicit steps alone", said == "make calibrate times explicit steps, not those of -method_time static, euler or newmark: "
+      "their time is predicted from the first iterations of Newton's method", said)
 holds("and has left that file as it was", open("scene.opts").read() == kept)
 holds("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 

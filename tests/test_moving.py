@@ -73,6 +73,21 @@ def check_piston():
     check.that(walls > 10 and rest < 0.02 * walls, f"the piston's work, up to {walls:.4g} J, is followed to {rest:.2g} J")
 
 
+def check_force():
+    """The force of a piston that presses a block by five cells is that of uniaxial strain, without a period of cells."""
+    path = box("pressed", 2, [0.2, 1.5], [4, 30], ([0, 0], [0.2, 1]), "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type slip",
+               "-bc_ymax_type piston", "-bc_ymax_distance 0.5", "-bc_ymax_velocity -0.1*min(t/0.1,1)", "-damping_time 0.05", "-history_walls ymax",
+               "-history_every 0.01", "-time_end 2.55")
+    check.must("-options_file", path, *QUIET, "-material_m_E", 2e7)
+    h = check.history("output/pressed.csv")
+    t, force = (h[name][h["time"] > 1.05] for name in ("time", "reaction_ymax_y"))
+    long = 1 - 0.1 * (t - 0.055)  # a line is the mean since the one before
+    exact = 0.2 * 2e7 / 1.3 * (0.3 / 0.4 * np.log(long) + (long**2 - 1) / 2) / long
+    wrong = force / exact - 1
+    wave = np.abs(wrong - np.polyval(np.polyfit(t, wrong, 3), t)).max()
+    check.that(abs(wrong).max() < 0.01 and wave < 2e-3, f"the force of a piston is {wrong.min():.4f} to {wrong.max():.4f} of the exact one beside it, and swings by {wave:.2g}")
+
+
 def check_equal():
     """1 and 3 processes and the pool, a restart, and a run in which steps are undone."""
     for name in ("gate", "settle"):
@@ -141,6 +156,7 @@ def check_settling():
 check_motion()
 check_work()
 check_piston()
+check_force()
 check_equal()
 check_settling()
 check.end()

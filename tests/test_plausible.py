@@ -1,8 +1,8 @@
-"""Values that are hardly meant are noted (src/advice/plausible.def, doubtful.txt), and no sensible scene gets a note: those of
+"""Values that are hardly meant are noted (src/advice/plausible.def, doubtful.txt; usual.def, from both sides), and no sensible scene gets a note: those of
 options/, the starter problems of docs/trust.md, those of the tutorial and the README, sensible.txt, and inputs of other codes
 (translated.txt), which also make a few steps.
 
-usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|sensible
+usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|usual|sensible
 """
 import glob
 import os
@@ -107,6 +107,54 @@ def doubtful():
     check.that(two.out.count("if kPa are meant, write 9.81e+03") == 1, "two processes note it once")
 
 
+# ---- Numbers beside usual ones
+
+# The scene of a row of usual.def, by the option and the materials that it is of, and what its values are divided by
+WEIGHT, WATER = 1800 * 9.81 * 10, 1000 * 9.81
+OF = {"SOIL": "soil -initial_stress none", "FLUID": "water -material_m_rho 1400", "WATER": "water", "DENSE": "metal -material_m_rho 3000", "METAL": "metal", "SOLID": "shock"}
+BY = {"material_m_G": "shock", "material_m_K": "water", "material_m_cohesion": "soil -initial_stress none", "material_m_friction_angle": "soil -initial_stress none",
+      "material_m_dilation_angle": "soil -initial_stress none -material_m_friction_angle 45", "material_m_k0": "soil -material_m_cohesion 1e6", "material_m_tait_gamma": "water",
+      "material_m_hardening": "metal -material_m_yield 2e9", "material_m_melting": "shock -material_m_temperature 100",
+      "material_m_softening_power": "shock -material_m_melting 1356", "contact_mu": "balls", "contact_k_mu": "balls -contacts k", "body_r_mu": "tool", "bc_ymin_mu": "clay -bc_ymin_type friction",
+      "time_rest": "clay -damping_kinetic true", "check_energy": "balls", "check_momentum": "balls", "checkpoint_wall": "balls", "dt_cfl": "clay"}
+BY |= {f"material_m_{name}": "shock" for name in ("c0", "hugoniot_slope", "gruneisen", "rate_factor", "rate_reference", "specific_heat")}
+MODULUS = {"soil": 2e7, "clay": 2e7, "metal": 2.1e11, "shock": 47.7e9, "water weight": WATER}
+WORDS = {"WEIGHT": "rho g H", "MODULUS": "times -material", "SHEAR": "shear waves", "HEAT": "c0^2"}
+SCALE = {"SI": 1, "ONE": 1, "SHEAR": (47.7e9 / 8960) ** 0.5, "HEAT": 3940 ** 2 / 293}
+
+
+def beside(row):
+    """What is wrong with the notes on values a tenth beyond and before the bounds of a row, or None; how many were tried."""
+    option, of, scale, *bounds = row
+    option = option.replace("<m>", "m").replace("<c>", "k").replace("<b>", "r").replace("<f>", "ymin")
+    scene = "water -gravity none -body_b_velocity 0,-1" if option.endswith("_K") and scale == "SI" else BY.get(option) or OF.get(of, "metal" if scale == "MODULUS" else "clay")
+    by = SCALE.get(scale) or MODULUS.get(scene.split()[0] if scale == "MODULUS" else scene.split()[0] + " weight", WEIGHT)
+    wrong, tried = [], 0
+    for bound, factors in zip(bounds[:2], ((1.05, 0.95), (0.95, 1.05))):
+        if bound == "PETSC_MAX_REAL" or float(bound) == 0 and option[-3:] != "_nu":
+            continue
+        for beyond, factor in enumerate(factors):
+            value = float(bound) * by * factor if float(bound) else 0.01 - 0.02 * beyond
+            run = dry({**changed(scene), option: f"{value:.6g}"}, f"usual_{option}")
+            notes = [line for line in told(run) if line.startswith(f"-{option} ") and re.search(" have | has |usual is", line)
+                     and (WORDS[scale] in line if scale in WORDS else " times " not in line)]
+            if "outside the allowed range" in run.err:
+                continue
+            tried += 1
+            if run.status or bool(notes) != bool(beyond):
+                wrong.append(f"{scene} -{option} {value:.6g}: {notes} {run.err[:200]}")
+    return "; ".join(wrong) or None, tried
+
+
+def usual():
+    with open(os.path.join(check.source, "src", "advice", "usual.def"), encoding="utf-8") as file:
+        table = re.findall(r'^MPM_USUAL\("([^"]+)", (\w+), (\w+), (\S+), (\S+), ', file.read(), re.M)
+    found = check.at_once(beside, table)
+    for wrong, _ in found:
+        check.fault(wrong)
+    check.that(len(table) > 30 and all(tried for _, tried in found), f"{sum(tried for _, tried in found)} values beside the bounds of {len(table)} rows")
+
+
 # ---- Sensible scenes
 
 def translated(text):
@@ -174,6 +222,8 @@ def silent(one):
 
 if part == "doubtful":
     doubtful()
+elif part == "usual":
+    usual()
 else:
     found = check.at_once(silent, scenes())
     for wrong in found:

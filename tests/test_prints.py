@@ -107,7 +107,7 @@ def later():
     check.need(found, f"the time by the first steps: {told}")
     spent, left, step, number, unit = float(found[1]), float(found[2]), float(found[3]), float(found[4]), found[5]
     check.that(left > 5e5 and 0.9 < number * UNITS[unit] / (spent + left * step) < 1.2, f"it is what is left times the time of a step, and what was: {told.strip()}")
-    sys.path.insert(0, os.path.join(check.source, "tools", "bench"))
+    sys.path[:0] = [os.path.join(check.source, "tools"), os.path.join(check.source, "tools", "bench")]
     import predicted
 
     text = "scene      a   10 particles (4+6)\npredict    20 steps of 0.1 s: about 2 seconds without\n%sdone       40 steps, t=3 s, in 5.5 s\nspeed      2e6 ns/particle/step, 1\n"

@@ -98,7 +98,7 @@ def check_energy():
         found, _ = run("ram", lines, "-gravity", "0,0", "-bodies", "block,floor,ram")
         work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
         same = abs(found["work_ram"][-1] + found["work_floor"][-1] - work)
-        check.that(work > 100 and off < (0.05 if update == "usf" else 0.02) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
+        check.that(work > 100 and off < (0.05 if update == "usf" else 0.015) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
     done = check.must("-options_file", check.scene("wedge"), *QUIET, "-output_name", "wedge", "-time_max_steps", 2, "-gravity", "0,-1",
                       "-acceleration", "0,-1", "-bc_xmin_type", "moving", "-bc_xmin_velocity", "0,0")
     check.that("with the work of body forces, moving walls, rigid bodies (summed with -history_energy)" in done.out, "the residual says whose work it has")
@@ -113,7 +113,7 @@ def check_friction():
             least, off = np.diff(found["energy_friction"]), np.abs(found["energy_integration"]).max()
             energy = found["total_energy"].max() + np.abs(found["energy_gravity"]).max()
             slides = mu < 0.5 and not speed
-            check.that((least.max() < 1e-12 * energy or (update == "usf" and not slides)) and found["energy_friction"][-1] < -0.05 * energy and (not slides or off < (0.015 if update == "usf" else 0.01) * energy),
+            check.that((least.max() < 1e-12 * energy or (update == "usf" and not slides)) and found["energy_friction"][-1] < -0.05 * energy and (not slides or off < (0.015 if update == "usf" else 0.005) * energy),
                        f"block {f'meets a floor with {speed} m/s' if speed else 'slides' if slides else 'sticks'}, {update} {transfer}: friction {found['energy_friction'][-1]:.2f} J, in no step more than {least.max():.1e} J; {off / energy:.4f} of the energy not explained")
 
 
@@ -158,7 +158,7 @@ def check_floats():
     """What a box that floats takes of the energy by friction never comes back; the push out of it counts with the volumes."""
     lines = grid([0, 0], [2, 1.5], 0.1) + ["-gravity 0,-10", "-bodies pool,b", "-materials w", "-material_w_model fluid", "-material_w_rho 1000", "-material_w_K 1e6", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin")),
                                            *box("pool", [0, 0], [2, 0.8], "material w", "cut b"), *box("b", [0.8, 0.4], [1.2, 0.8], "rigid free", "rho 500", "mu 0"), "-time_end 1", "-history_energy", "-history_every 0.01"]
-    for update, transfer, most in (("usl", "aflip", 0.04), ("musl", "flip", 0.08)):
+    for update, transfer, most in (("usl", "aflip", 0.035), ("musl", "flip", 0.015)):
         found, _ = run("floats", lines, "-method_update", update, "-method_transfer", transfer, "-material_w_relaxation", 1)
         rise, off = np.diff(found["energy_friction"]).max(), np.abs(found["energy_integration"]).max() / found["external_work"].max()
         check.that(rise <= 0 and found["energy_friction"][-1] < 0 and off < most, f"a rigid box floats, {update}: friction takes {-found['energy_friction'][-1]:.2f} J and gives {rise:.1e} J at most between two lines; {off:.3f} of the work is not explained")

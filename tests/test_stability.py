@@ -243,7 +243,6 @@ def family_messages():
         Case("rho g H = 0.6 E", odd(gravity=[0., -12.]), "warned", r"the weight of b presses it by rho g H/E = 0\.6; check -gravity", why="units, by a ratio"),
         Case("rho g H = 0.4 E", odd(gravity=[0., -8.]), "right"),
         Case("rho g H = 0.6 K", block(2, "fluid", time_max_steps=2, gravity=[-12., 0.]), "warned", r"the weight of b presses it by rho g H/K = 0\.6", why="units, by a ratio"),
-        Case("a friction angle of 0.5", odd(material=dict(MODELS["druckerprager"], friction_angle=0.5)), "warned", r"-material_m_friction_angle 0\.5 is in degrees; if radians are meant, write 28\.6", why="units"),
         Case("a friction angle of 2.5", odd(material=dict(MODELS["druckerprager"], friction_angle=2.5)), "right"),
         Case("gravity away from the floor", odd(gravity=[0., 1.], bc_ymin_type="separate", bc_xmin_type="slip"), "warned",
              r"gravity points away from every wall, along \+y: nothing holds the bodies; turn -gravity, or choose -bc_ymax_type", why="a sign"),
@@ -267,10 +266,10 @@ def family_messages():
 def notes():
     """Odd values get a note; the scenes of options/ get none, and no warning."""
     for name, scene, note in (
-            ("E = 1 Pa", odd(material=dict(E=1.), gravity=[0., -1e-3]), "-material_m_E 1 Pa is very small"),
-            ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2 kg/m.3 is that of a gas"),
+            ("E = 1 Pa", odd(material=dict(E=1.), gravity=[0., -1e-3]), "-material_m_E 1.0 Pa: usual is"),
+            ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2.0 kg/m.3: usual is"),
             ("an angle in radians", odd(material=dict(MODELS["druckerprager"], friction_angle=30., dilation_angle=0.1), gravity=[0., -1.]),
-             "-material_m_dilation_angle 0.1 is in degrees; as radians it would be 5.73"),
+             "-material_m_dilation_angle 0.1 degrees: usual is 1 to 20; if radians are meant, write 5.73"),
             ("gravity upward", odd(gravity=[0., 9.81]), "-gravity points upward, along .y")):
         told = run(Case("", scene, ""))
         found = [line for line in told.out.splitlines() if line.startswith("note ")]

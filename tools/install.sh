@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
 # This script installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
 # `install.sh viewers` for the tests and ParaView, `install.sh simulate` for running and for the simulator,
-# `install.sh report` for running and for the report, `install.sh fuzz` for make fuzz, `install.sh petsc` for the
-# tests with a PETSc that is built from source. With --dry-run behind it, it only says what it would install.
+# `install.sh fuzz` for make fuzz, `install.sh petsc` for the tests with a PETSc that is built from source. With --dry-run behind it, it only says what it would install.
 # It is silent and quick when nothing is missing. It installs system packages where there is apt-get, as root or with a sudo
 # that asks no password; elsewhere it says what to install. The names are the same in Debian 12 and 13 and in Ubuntu 24.04
 # and 26.04; apt-cache tells whether a system's versions are new enough. The Python packages go to .venv.
@@ -10,8 +9,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
 dry=${2:-}
-usage() { echo "usage: tools/install.sh run|test|viewers|simulate|report|fuzz|petsc [--dry-run]" >&2; exit 2; }
-case $mode in run | test | viewers | simulate | report | fuzz | petsc) ;; *) usage ;; esac
+usage() { echo "usage: tools/install.sh run|test|viewers|simulate|fuzz|petsc [--dry-run]" >&2; exit 2; }
+case $mode in run | test | viewers | simulate | fuzz | petsc) ;; *) usage ;; esac
 case $dry in '' | --dry-run) ;; *) usage ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
@@ -186,7 +185,6 @@ fi
 lists=(tools/requirements.txt)
 [ "$mode" = test ] || [ "$mode" = viewers ] || [ "$mode" = petsc ] && lists+=(tools/requirements-test.txt)
 [ "$mode" = viewers ] && lists+=(tools/requirements-viewers.txt)
-[ "$mode" = report ] && lists+=(tools/requirements-report.txt)
 for list in "${lists[@]}"; do
   venv_works && cmp -s "$list" ".venv/installed/${list##*/}" && continue
   if [ -n "$dry" ]; then

@@ -9,6 +9,12 @@ def markdown(head, lines):
     return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in rows)
 
 
+def pivot(head, cells):
+    """The table of {(beginning of its line ..., column): text}; lines and columns are in the sequence in which they come."""
+    lines, columns = (dict.fromkeys(some) for some in zip(*((key[:-1], key[-1]) for key in cells)))
+    return markdown([*head, *columns], [[*line, *(cells.get((*line, c), "") for c in columns)] for line in lines])
+
+
 def names(text):
     """The names of the tables of a document, in sequence."""
     return re.findall(r"^<!-- table (\w+) -->$", text, flags=re.M)

@@ -60,51 +60,10 @@ static const char *ModulusOf(const MPMMaterial *m)
 
 /* --- Notes: values that are surely not what was meant ------------------------------------------------------------- */
 
-/* Notes values of a material in other units than those of the program. The bounds are those of scenes in SI units,
-   which shows in gravity or in the density; scenes without units use numbers near 1. */
-static PetscErrorCode NoteMaterial(const MPMPrinter *print, const MPMMaterial *m, PetscBool earth)
+/* Notes temperatures in degrees Celsius. */
+static PetscErrorCode NoteCelsius(const MPMPrinter *print, const MPMMaterial *m)
 {
-  const PetscReal E     = m->type->traits & MPM_FLUID ? m->K : m->E;
-  PetscReal       angle = 0;
-  char            name[3 * MPM_NAME_LEN];
-
   PetscFunctionBeginUser;
-  if (E < MPM_BOUND_soft && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= MPM_BOUND_si_density))
-    PetscCall(MPMNote(print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)", m->name,
-                      ModulusOf(m), (double)E));
-  if (m->rho < MPM_BOUND_gas && !MPMUnlikelyTonnes(m) && (earth || E >= MPM_BOUND_si_modulus))
-    PetscCall(MPMNote(print,
-                      "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000); if t/m^3 or "
-                      "g/cm^3 are meant, write %g",
-                      m->name, (double)m->rho, (double)(1000 * m->rho)));
-  (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
-  PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-  if (angle > 0 && angle < MPM_BOUND_dilation)
-    PetscCall(MPMNote(print, "%s %g is in degrees; as radians it would be %.3g degrees", name, (double)angle,
-                      (double)(angle * 180 / PETSC_PI)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Notes stresses in MPa beside a density in kg/m^3, and temperatures in degrees Celsius. Soils and fluids may have
-   moduli far below those of nature, and a yield stress far above the modulus is a way to have none. */
-static PetscErrorCode NoteUnits(const MPMPrinter *print, const MPMMaterial *m)
-{
-  const PetscBool yields = MPMListHas(m->type->parameters, "yield"), E = MPMListHas(m->type->parameters, "E");
-  const PetscReal modulus = E ? m->E : m->mu, part = m->yield / modulus;
-  const char     *word = E ? "E" : "G";
-
-  PetscFunctionBeginUser;
-  if (yields && m->rho >= MPM_BOUND_si_density && part < MPM_BOUND_yield_least)
-    PetscCall(MPMNote(print,
-                      "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
-                      m->name, (double)m->yield, (double)part, m->name, word));
-  else if ((E || yields) && !MPMListHas(m->type->parameters, "friction_angle") && m->rho >= MPM_BOUND_dense &&
-           modulus >= MPM_BOUND_mega_least && modulus < MPM_BOUND_mega_most)
-    PetscCall(MPMNote(print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write %g",
-                      m->name, word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
-  else if (!E && yields && m->rho >= MPM_BOUND_dense && modulus < MPM_BOUND_giga)
-    PetscCall(MPMNote(print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write %g",
-                      m->name, word, (double)modulus, (double)m->rho, (double)(1e9 * modulus)));
   if (MPMListHas(m->type->parameters, "temperature") && m->temperature < MPM_BOUND_cold && m->melting > MPM_BOUND_hot)
     PetscCall(MPMNote(
         print,
@@ -139,9 +98,7 @@ PetscErrorCode MPMDoubtsNote(const MPMCore *core, const MPMScene *scene)
   if (earth && dim > 1 && g[dim - 1] > MPM_BOUND_earth_least)
     PetscCall(MPMNote(&core->print, "-gravity points upward, along +%c", "xyz"[dim - 1]));
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
-    PetscCall(NoteMaterial(&core->print, &scene->materials[k],
-                           earth && size < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE));
-    PetscCall(NoteUnits(&core->print, &scene->materials[k]));
+    PetscCall(NoteCelsius(&core->print, &scene->materials[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -302,8 +259,8 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of friction angles that are likely to be radians, and of those that act as others: a cone that was fitted in
-   triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows. */
+/* Warns of friction angles that act as others: a cone that was fitted in triaxial compression is stronger in plane
+   strain. Who gives -material_<m>_fit knows, but where nothing flows. */
 static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
@@ -317,50 +274,15 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
     (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if (!chosen && core->grid.dim == 2 && !core->grid.round && m->acts[1] - angle > MPM_BOUND_angle_acts)
+    if ((!chosen || m->acts[1] >= 90) && core->grid.dim == 2 && !core->grid.round &&
+        m->acts[1] - angle > MPM_BOUND_angle_acts)
       PetscCall(MPMWarn(
           &core->print,
           "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "
-          "plane strain, give %s plane_strain, else %s triaxial",
+          "plane strain, give %s plane_strain%s%s%s",
           name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
-          (double)angle, fit, fit));
-    if (angle > 0 && angle < MPM_BOUND_angle)
-      PetscCall(MPMWarn(&core->print, "%s %g is in degrees; if radians are meant, write %.3g", name, (double)angle,
-                        (double)(angle * 180 / PETSC_PI)));
+          (double)angle, fit, chosen ? "" : ", else ", chosen ? "" : fit, chosen ? "" : " triaxial"));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Warns of a coefficient of friction that no surfaces have, which may be an angle in degrees. */
-static PetscErrorCode WarnRubs(const MPMPrinter *print, const char before[], const char name[], const char after[])
-{
-  char      option[3 * MPM_NAME_LEN];
-  PetscReal mu = 0;
-
-  PetscFunctionBeginUser;
-  (void)snprintf(option, sizeof option, "-%s%s%s", before, name, after);
-  PetscCall(PetscOptionsGetReal(NULL, NULL, option, &mu, NULL));
-  if (mu > MPM_BOUND_rubs && mu < 90)
-    PetscCall(MPMWarn(print, "%s %g is more than any surfaces have; if an angle of %g degrees is meant, write %.3g", option,
-                      (double)mu, (double)mu, (double)PetscTanReal(mu * PETSC_PI / 180)));
-  else if (mu >= 90 && mu < MPM_BOUND_sticks)
-    PetscCall(MPMWarn(print,
-                      "%s %g is more than any surfaces have; nothing slides with -contact_<c>_stick, and at a wall of type "
-                      "fixed",
-                      option, (double)mu));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Warns of those of contacts, rigid bodies and walls. */
-static PetscErrorCode WarnFriction(const MPMCore *core, const MPMScene *scene)
-{
-  PetscFunctionBeginUser;
-  PetscCall(WarnRubs(&core->print, "contact", "", "_mu"));
-  for (PetscInt k = 0; k < scene->ncontacts; k++)
-    PetscCall(WarnRubs(&core->print, "contact_", scene->contacts[k], "_mu"));
-  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++)
-    PetscCall(WarnRubs(&core->print, "body_", scene->bodies[k].name, "_mu"));
-  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) PetscCall(WarnRubs(&core->print, "bc_", MPMFaceNames[k], "_mu"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -411,7 +333,6 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
   PetscCall(WarnWeight(core, scene));
   PetscCall(WarnAngle(core, scene));
   PetscCall(WarnRuns(core, scene, method));
-  PetscCall(WarnFriction(core, scene));
   PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -42,7 +42,7 @@ PetscErrorCode MPMReportPrediction(const MPMCore *core, const MPMCost *cost, con
     MPMTimeWords(times * f->steps * f->step, stages);
     PetscCall(MPMPrint(&core->print,
                        "predict    that is this stage; with steps as here, all stages to t=%g s take %.6g steps, %s %s\n",
-                       (double)s->end, (double)(times * f->steps), cost->used[0] ? "about" : "roughly", stages));
+                       (double)s->end, (double)PetscCeilReal(times * f->steps), cost->used[0] ? "about" : "roughly", stages));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,7 @@
 
 /* --- The table ---------------------------------------------------------------------------------------------------- */
 
-enum { OF_material, OF_body, OF_load, OF_face, OF_rigid, OF_probe, OF_run, NUM_OF };
+enum { OF_material, OF_body, OF_load, OF_face, OF_rigid, OF_formula, OF_probe, OF_run, NUM_OF };
 enum { SIDE_below, SIDE_above };
 
 static const struct {
@@ -97,11 +97,11 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
                                const MPMForecast *f)
 {
   const PetscReal *g    = core->params.gravity;
-  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = f->steps * f->step, .dt = f->dt};
+  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = f->steps * f->step, .dt = f->dt, .steps = f->steps};
   PetscInt         n[NUM_OF];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(scene->nbodies, &look.lower, scene->nbodies, &look.upper));
+  PetscCall(PetscCalloc3(scene->nbodies, &look.lower, scene->nbodies, &look.upper, scene->nbodies + scene->nshapes, &look.way));
   PetscCall(Reach(core, scene, look.lower, look.upper));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     look.g += g[d] * g[d];
@@ -125,11 +125,14 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
   n[OF_load]     = scene->nloads;
   n[OF_face]     = 2 * core->grid.dim;
   n[OF_rigid]    = scene->nshapes;
+  n[OF_formula]  = MPMUnlikelyFormulas(&look);
   n[OF_probe]    = scene->nprobes;
   n[OF_run]      = 1;
+  PetscCall(MPMUnlikelyWays(&look, look.way));
+  PetscCall(MPMUsualNote(&look));
   for (int of = 0; of < NUM_OF; of++)
     for (PetscInt k = 0; k < n[of]; k++)
       if (of != OF_body || !(scene->bodies[k].removed || scene->bodies[k].source.on)) PetscCall(Tell(&look, of, k));
-  PetscCall(PetscFree2(look.lower, look.upper));
+  PetscCall(PetscFree3(look.lower, look.upper, look.way));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

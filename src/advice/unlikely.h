@@ -4,6 +4,16 @@
 
 #include "advice/advice.h"
 
+#define MPM_WORDS 160
+/* The way of a body until it meets something (unlikely_ways.c): it leaves the grid through `face`, else -1, at time t, s; or it
+   meets nothing until the end, though it has moved by so many cells, and the nearest thing was so many cells away. */
+typedef struct {
+  PetscInt  face, thing;
+  PetscBool alone;
+  PetscReal t, moved, gap;
+  char      nearest[MPM_WORDS];
+} MPMWay;
+
 /* A scene, as the rows look at it. */
 typedef struct {
   const MPMCore    *core;
@@ -11,20 +21,28 @@ typedef struct {
   const MPMTime    *time;
   const MPMMonitor *monitor;
   PetscReal         seconds, dt; /* that the run is predicted to take; the first step, s */
+  PetscReal         steps;       /* until the end */
   PetscReal         g;           /* size of gravity, m/s^2 */
   PetscBool         earth;       /* it is the earth's in m/s^2, so that units are SI */
   PetscInt          down;        /* the axis along which gravity is largest */
   PetscReal         c;           /* the fastest wave, m/s */
   PetscReal (*lower)[3], (*upper)[3]; /* [nbodies] m: how far the boxes of their particles reach at the start */
   PetscReal lowest[3], highest[3]; /* m, of all of them */
+  MPMWay   *way;                   /* [nbodies + nshapes] */
 } MPMLook;
 
-#define MPM_WORDS 160
 /* What is unlikely: the ratio, and the words of the note. */
 typedef struct {
   PetscReal ratio;
   char      option[MPM_WORDS], value[MPM_WORDS], other[MPM_WORDS], meant[MPM_WORDS];
 } MPMOdd;
+
+/* A formula of the scene; NULL: there is none. Of body (-1: of none), nc components; the option, as for MPMUnlikelyGiven. */
+typedef struct {
+  MPMExpression value;
+  PetscInt      nc, body;
+  const char   *group, *name, *word;
+} MPMFormula;
 
 /* The functions of rows: each looks at material, body, load, face ... k, and returns false if the row is not of it. */
 typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
@@ -45,12 +63,22 @@ void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
 
 /* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the
    stress by the weight of the highest body of a material, Pa; the modulus
-   of a material for its fastest waves, and Young's, Pa; the size of a formula of t at the middle of a body, the largest from
-   the start to -time_end. */
+   of a material for its fastest waves, and Young's, Pa. */
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
+PetscReal MPMUnlikelyCohesion(const MPMMaterial *); /* as it was given, Pa; 0: none */
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *); /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
-PetscReal MPMUnlikelySize(const MPMLook *, MPMExpression, PetscInt nc, const PetscReal x[]);
+PetscReal MPMUnlikelyEnd(const MPMLook *);         /* of all stages, s */
+
+/* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the run,
+   whether that is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find the ways of bodies (unlikely_ways.c). Note numbers that are not usual (usual.c). Not collective. */
+PetscInt       MPMUnlikelyFormulas(const MPMLook *);
+MPMFormula     MPMUnlikelyFormula(const MPMLook *, PetscInt k);
+PetscReal      MPMUnlikelySize(const MPMLook *, const MPMFormula *);
+PetscBool      MPMUnlikelySteady(const MPMLook *, const MPMFormula *);
+PetscBool      MPMUnlikelyChanges(const MPMLook *, PetscInt k);
+PetscErrorCode MPMUnlikelyWays(const MPMLook *, MPMWay way[]);
+PetscErrorCode MPMUsualNote(const MPMLook *);
 
 #endif

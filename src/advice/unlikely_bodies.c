@@ -1,8 +1,6 @@
 /* unlikely_bodies.c - the rows of plausible.def of bodies and loads. */
 #include "advice/unlikely.h"
 
-#define STEPS 64 /* time steps for which a load is looked at */
-
 /* --- Bodies ------------------------------------------------------------------------------------------------------- */
 
 PetscBool MPMUnlikely_ppc_one(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -69,66 +67,6 @@ PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = look->time->end * PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho) / size;
   (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
-}
-
-/* Returns the axis along which a velocity is largest, and its sign. */
-static PetscInt Along(PetscInt dim, const PetscReal v[], PetscReal *sign)
-{
-  PetscInt axis = 0;
-
-  for (PetscInt d = 1; d < dim; d++)
-    if (PetscAbsReal(v[d]) > PetscAbsReal(v[axis])) axis = d;
-  *sign = v[axis] < 0 ? -1 : 1;
-  return axis;
-}
-
-PetscBool MPMUnlikely_speed_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal v[9] = {0};
-
-  if (look->g > 0 || look->scene->forced || look->scene->known || !(look->time->end > 0) || !MPMUnlikelyVelocity(look, k, odd, v))
-    return PETSC_FALSE;
-  odd->ratio = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * look->time->end / MPMGridSmallestH(&look->core->grid);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_travels(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid *grid = &look->core->grid;
-  PetscReal      v[9] = {0}, sign, size = 0;
-  PetscInt       d;
-
-  if (look->g > 0 || look->scene->forced || look->scene->known || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
-  d = Along(grid->dim, v, &sign);
-  for (PetscInt e = 0; e < grid->dim; e++) size = PetscMax(size, grid->upper[e] - grid->lower[e]);
-  odd->ratio = PetscAbsReal(v[d]) * look->time->end / size;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-  return !grid->periodic[d] && MPMUnlikelyGiven("time_end", NULL, "", odd) ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_flies_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid *grid = &look->core->grid;
-  PetscReal      v[9] = {0}, sign;
-  PetscInt       d, behind;
-
-  if (look->core->rigids.n || look->scene->forced || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
-  d      = Along(grid->dim, v, &sign);
-  behind = sign > 0 ? 0 : 1; /* the side of its face there */
-  if (v[d] == 0 || look->core->params.gravity[d] != 0 || grid->periodic[d] ||
-      look->scene->walls.given[d][!behind].type != MPM_WALL_free)
-    return PETSC_FALSE;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    const PetscReal ahead = sign > 0 ? look->upper[b][d] - look->upper[k][d] : look->lower[k][d] - look->lower[b][d];
-
-    if (b == k) continue;
-    if (ahead > 0 || look->scene->bodies[b].v2 > 0) return PETSC_FALSE; /* it may meet that one */
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-  }
-  if (!odd->other[0] && MPMWallHas(look->scene->walls.given[d][behind].type, MPM_WALL_PUSHES))
-    (void)snprintf(odd->other, MPM_WORDS, "the wall %s", MPMFaceNames[2 * d + behind]);
-  odd->ratio = 1;
-  return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Returns how many cells two bodies are apart, by their boxes; 0: these overlap. */
@@ -277,40 +215,19 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-PetscBool MPMUnlikely_arrives_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid *grid = &look->core->grid;
-  PetscReal      v[9] = {0}, sign, gap;
-  PetscInt       d;
-
-  if (look->scene->nbodies > 1 || look->g > 0 || look->scene->forced || look->scene->known || look->core->rigids.n ||
-      look->core->stages.n > 1 || !MPMUnlikelyVelocity(look, k, odd, v))
-    return PETSC_FALSE;
-  d   = Along(grid->dim, v, &sign);
-  gap = sign > 0 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];
-  if (v[d] == 0 || !(gap > 0.5 * grid->h[d]) || !MPMWallHas(look->scene->walls.given[d][sign > 0].type, MPM_WALL_NORMAL | MPM_WALL_PUSHES))
-    return PETSC_FALSE;
-  odd->ratio = PetscAbsReal(v[d]) * look->time->end / gap;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-  MPMUnlikelyWrite(odd->meant, gap);
-  return PETSC_TRUE;
-}
-
 /* --- Loads -------------------------------------------------------------------------------------------------------- */
 
 /* Sets how large a load is, Pa, per area of the body if it is a force; and its body's modulus. */
 static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size, PetscReal *modulus)
 {
   const MPMLoad     *load = &look->scene->loads[k];
+  const MPMFormula   f = MPMUnlikelyFormula(look, k);
   const PetscInt     b = load->body, dim = look->core->grid.dim;
   const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
-  PetscReal          x[3] = {0}, extent = 0;
+  PetscReal          extent = 0;
 
-  for (PetscInt d = 0; d < dim; d++) {
-    x[d]   = 0.5 * (look->lower[b][d] + look->upper[b][d]);
-    extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
-  }
-  *size = MPMUnlikelySize(look, load->value, load->nc, x);
+  for (PetscInt d = 0; d < dim; d++) extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
+  *size = MPMUnlikelySize(look, &f);
   if (MPMLoadIsOnVolume(load))
     *size /= PetscPowReal(extent, (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
   *modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
@@ -325,6 +242,20 @@ PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!Load(look, k, odd, &size, &modulus)) return PETSC_FALSE;
   odd->ratio = size / modulus;
   return PETSC_TRUE;
+}
+
+/* The strength of soil is that of a footing on it that fails, 50 (c + rho g H): more than of any angle below 40 degrees. */
+PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
+  const PetscBool    soil = m->type->traits & MPM_LOOSE ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal          size, modulus;
+
+  if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size, &modulus)) return PETSC_FALSE;
+  odd->ratio = size / (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material)) : 20 * m->yield);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
+  return odd->ratio < PETSC_MAX_REAL && (!soil || look->g > 0) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -378,32 +309,19 @@ PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-PetscBool MPMUnlikely_load_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMLoad  *load = &look->scene->loads[k];
-  const PetscReal dt   = look->core->implicit ? look->time->fixed : look->dt;
-  PetscReal       x[3], was[3] = {0}, most = 0, change[STEPS];
-  PetscInt        n = 0;
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
 
-  if (!(dt > 0)) return PETSC_FALSE;
-  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[load->body][d] + look->upper[load->body][d]);
-  for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
-    const PetscReal part = 0.618 * (PetscReal)j, t = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
-    PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
+  if (!load->fixed) return PETSC_FALSE;
+  odd->ratio = 0;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal off = PetscMax(load->point[d] - grid->upper[d], grid->lower[d] - load->point[d]);
 
-    if (MPMExpressionEvaluate(load->value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;
-    for (PetscInt c = 0; c < load->nc; c++) {
-      size2 += value[c] * value[c];
-      moved2 += PetscSqr(value[c] - was[c]);
-      was[c] = value[c];
-    }
-    most = PetscMax(most, PetscSqrtReal(size2));
-    if (j) change[j - 1] = PetscSqrtReal(moved2);
+    odd->ratio = PetscMax(odd->ratio, off / (grid->upper[d] - grid->lower[d]));
   }
-  for (PetscInt j = 0; j < STEPS; j++) n += change[j] > 0.5 * most;
-  odd->ratio = (PetscReal)n / STEPS;
-  MPMUnlikelyWrite(odd->other, dt);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+  return MPMUnlikelyGiven("load", load->name, "_point", odd);
 }
 
 PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)

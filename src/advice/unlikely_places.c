@@ -13,13 +13,12 @@ static void WriteWave(const MPMLook *look, MPMOdd *odd)
 static PetscBool WallSpeed(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *speed)
 {
   const MPMFace *f      = &look->scene->walls.given[k / 2][k % 2];
-  const PetscReal x[3]  = {0};
-  PetscReal       size2 = 0;
+  const MPMFormula formula = MPMUnlikelyFormula(look, look->scene->nloads + k);
+  PetscReal        size2   = 0;
 
   if (!MPMWallHas(f->type, MPM_WALL_MOVES)) return PETSC_FALSE;
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size2 += f->velocity[d] * f->velocity[d];
-  *speed = PetscMax(PetscSqrtReal(size2),
-                    MPMUnlikelySize(look, look->scene->wall_velocity[k], look->scene->wall_along[k] ? 1 : look->core->grid.dim, x));
+  *speed = PetscMax(PetscSqrtReal(size2), MPMUnlikelySize(look, &formula));
   WriteWave(look, odd);
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }
@@ -119,51 +118,50 @@ PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_mass", odd);
 }
 
+PetscBool MPMUnlikely_rigid_inertia(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b   = RigidBody(look, k);
+  const PetscInt dim = look->core->grid.dim;
+  MPMRigidMass   mass;
+
+  if (!b || !(b->inertia[0] > 0)) return PETSC_FALSE;
+  MPMRigidMassOf(&b->region, dim, look->core->grid.round, &mass);
+  odd->ratio = 0;
+  for (PetscInt d = 0; d < (dim == 3 ? 3 : 1); d++) {
+    const PetscReal own = mass.inertia[dim == 3 ? 4 * d : 8] * b->mass / mass.volume;
+
+    if (b->inertia[d] <= odd->ratio * own) continue;
+    odd->ratio = b->inertia[d] / own;
+    MPMUnlikelyWrite(odd->other, own);
+  }
+  return MPMUnlikelyGiven("body", b->name, "_inertia", odd);
+}
+
 PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody  *b    = RigidBody(look, k);
-  const PetscReal x[3] = {0};
+  const MPMBody   *b = RigidBody(look, k);
+  const MPMFormula f = {b ? b->velocity : NULL, look->core->grid.dim, -1, "body", NULL, "_velocity"};
 
   if (!b || !MPMUnlikelyGiven("body", b->name, "_velocity", odd)) return PETSC_FALSE;
-  odd->ratio = MPMUnlikelySize(look, b->velocity, look->core->grid.dim, x) / look->c;
+  odd->ratio = MPMUnlikelySize(look, &f) / look->c;
   WriteWave(look, odd);
   return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody  *b    = RigidBody(look, k);
-  const PetscReal x[3] = {0};
-  PetscReal       lower[3], upper[3], size = 0, spin;
+  const MPMBody   *b = RigidBody(look, k);
+  const MPMFormula f = {b ? b->spin : NULL, look->core->grid.dim == 3 ? 3 : 1, -1, "body", NULL, "_spin"};
+  PetscReal        lower[3], upper[3], size = 0, spin;
 
   if (!b || !MPMUnlikelyGiven("body", b->name, "_spin", odd)) return PETSC_FALSE;
   MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, 0.5 * (upper[d] - lower[d]));
-  spin       = MPMUnlikelySize(look, b->spin, look->core->grid.dim == 3 ? 3 : 1, x);
+  spin       = MPMUnlikelySize(look, &f);
   odd->ratio = spin * size / look->c;
   WriteWave(look, odd);
   MPMUnlikelyWrite(odd->meant, spin * PETSC_PI / 30);
   return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_rigid_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody  *b    = RigidBody(look, k);
-  const PetscReal x[3] = {0};
-  const PetscInt  dim  = look->core->grid.dim;
-  PetscReal       v[9] = {0}, lower[3], upper[3];
-
-  if (!b || b->rigid != MPM_RIGID_MOVING || b->spin || b->tied || !MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
-      strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value) || MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v))
-    return PETSC_FALSE;
-  MPMRegionBounds(&b->region, dim, lower, upper);
-  odd->ratio = 1;
-  for (PetscInt d = 0; d < dim; d++) { /* matter that lies beside it, not behind it, may be what it drags */
-    const PetscReal gap = v[d] > 0 ? lower[d] - look->highest[d] : v[d] < 0 ? look->lowest[d] - upper[d] : PETSC_MAX_REAL;
-
-    if (v[d] != 0 && !(gap > 0.1 * look->core->grid.h[d])) return PETSC_FALSE;
-  }
-  return v[0] != 0 || v[1] != 0 || v[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -184,43 +182,21 @@ PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_shape", odd);
 }
 
-/* Reads the velocity of a rigid body that moves by numbers, without a turn. */
-static PetscBool RigidVelocity(const MPMLook *look, const MPMBody *b, MPMOdd *odd, PetscReal v[9])
-{
-  const PetscReal x[3] = {0};
-
-  return b && b->rigid == MPM_RIGID_MOVING && !b->spin && MPMUnlikelyGiven("body", b->name, "_velocity", odd) &&
-                 strspn(odd->value, "+-.,0123456789eE \t") == strlen(odd->value) &&
-                 !MPMExpressionEvaluate(b->velocity, look->core->grid.dim, x, x, 0, v)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_rigid_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  PetscReal v[9] = {0};
-
-  if (!RigidVelocity(look, RigidBody(look, k), odd, v) || !(look->time->end > 0) || look->core->stages.n > 1) return PETSC_FALSE;
-  odd->ratio = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * look->time->end / MPMGridSmallestH(&look->core->grid);
-  return PETSC_TRUE;
-}
-
 PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody  *b = RigidBody(look, k);
   const PetscInt  d = look->down, dim = look->core->grid.dim;
   const PetscReal up = look->core->params.gravity[d] < 0 ? 1 : -1;
-  PetscReal       v[9] = {0}, lower[3], upper[3];
+  PetscReal       lower[3], upper[3];
 
-  if (!b || b->tied || !(look->g > 0) || !IsAtRest(look) || (b->rigid != MPM_RIGID_FIXED && !RigidVelocity(look, b, odd, v)))
-    return PETSC_FALSE;
+  if (!b || b->tied || !(look->g > 0) || !IsAtRest(look) || b->rigid != MPM_RIGID_FIXED) return PETSC_FALSE;
   MPMRegionBounds(&b->region, dim, lower, upper);
-  odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]) + PetscMin(0, up * v[d] * look->time->end);
+  odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]);
   odd->ratio /= look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, up > 0 ? "above" : "below");
   for (PetscInt face = 0; face < 2 * dim; face++)
     if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  return MPMUnlikelyGiven("body", b->name, b->rigid == MPM_RIGID_FIXED ? "_rigid" : "_velocity", odd);
+  return MPMUnlikelyGiven("body", b->name, "_rigid", odd);
 }
 
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -131,33 +131,13 @@ PetscBool MPMUnlikely_acceleration_large(const MPMLook *look, PetscInt k, MPMOdd
 {
   const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[0].material];
   const PetscReal    size = MPMUnlikelyExtent(look, look->scene->bodies[0].material, -1);
-  PetscReal          x[3];
+  const MPMFormula   f    = MPMUnlikelyFormula(look, look->scene->nloads + 6);
 
   (void)k;
   if (!look->scene->acceleration || look->scene->known) return PETSC_FALSE;
-  for (PetscInt d = 0; d < 3; d++) x[d] = 0.5 * (look->lower[0][d] + look->upper[0][d]);
-  odd->ratio = MPMUnlikelySize(look, look->scene->acceleration, look->core->grid.dim, x) * m->rho * size / MPMUnlikelyModulus(m, PETSC_TRUE);
+  odd->ratio = MPMUnlikelySize(look, &f) * m->rho * size / MPMUnlikelyModulus(m, PETSC_TRUE);
   (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s", m->name);
   return MPMUnlikelyGiven("acceleration", NULL, "", odd);
-}
-
-PetscBool MPMUnlikely_together(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  MPMOdd first;
-
-  (void)k;
-  odd->ratio = 1;
-  if (look->scene->nbodies < 2 || look->g > 0 || look->scene->forced || look->scene->known || look->core->rigids.n) return PETSC_FALSE;
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (look->scene->walls.given[face / 2][face % 2].type != MPM_WALL_free) return PETSC_FALSE;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    if (!(look->scene->bodies[b].v2 > 0) || !MPMUnlikelyGiven("body", look->scene->bodies[b].name, "_velocity", odd) ||
-        strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
-      return PETSC_FALSE;
-    if (!b) first = *odd;
-    if (strcmp(first.value, odd->value)) return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -177,33 +157,6 @@ PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd
       at += strspn(at, ", ");
     }
   return PETSC_TRUE;
-}
-
-PetscBool MPMUnlikely_falls(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid  *grid = &look->core->grid;
-  const PetscReal g    = look->core->params.gravity[look->down];
-  const PetscInt  face = 2 * look->down + (g > 0);
-  PetscReal       gap;
-
-  if (k || !(look->g > 0) || look->core->rigids.n || look->scene->forced || look->scene->known) return PETSC_FALSE;
-  if (MPMUnlikelyGiven("particles_leave", NULL, "", odd) && !strcasecmp(odd->value, "delete")) return PETSC_FALSE;
-  (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
-  for (PetscInt j = 0; j < 2 * grid->dim; j++) {
-    const PetscInt d    = j / 2;
-    const MPMWall  type = look->scene->walls.given[d][j % 2].type;
-
-    if (type == MPM_WALL_free) continue;
-    if (type != MPM_WALL_fixed || j == face) return PETSC_FALSE; /* others are told of */
-    if ((j % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d]) < 1.5 * grid->h[d]) return PETSC_FALSE;
-    (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_type, or let it reach -bc_%s_type fixed", MPMFaceNames[face], MPMFaceNames[j]);
-  }
-  gap        = g > 0 ? grid->upper[look->down] - look->highest[look->down] : look->lowest[look->down] - grid->lower[look->down];
-  odd->ratio = 0.5 * PetscAbsReal(g) * look->time->end * look->time->end / PetscMax(gap, 1e-3 * grid->h[look->down]);
-  for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    if (look->scene->bodies[b].v2 > 0) odd->ratio = 0;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -299,23 +252,13 @@ PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *od
 {
   (void)k;
   odd->ratio = 1;
-  if (!MPMDampingIsOn(look->core) || look->g > 0) return PETSC_FALSE;
+  if (!MPMDampingIsOn(look->core) || (look->g > 0 && !look->core->damping.kinetic)) return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].v2 > 0) {
       (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
       return MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd);
     }
   return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_check_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)look;
-  (void)k;
-  if (!MPMUnlikelyNumber("check_energy", NULL, "", odd, &odd->ratio) || odd->ratio <= 0.99)
-    if (!MPMUnlikelyNumber("check_momentum", NULL, "", odd, &odd->ratio)) return PETSC_FALSE;
-  MPMUnlikelyWrite(odd->meant, odd->ratio / 100);
-  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *odd)

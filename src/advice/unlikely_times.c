@@ -2,15 +2,64 @@
 #include <strings.h>
 #include "advice/unlikely.h"
 
-PetscBool MPMUnlikely_waves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+/* Returns the longest time that what moves needs: through the grid at its speed, in a fall, or, as waves do, through the matter. */
+static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WORDS])
 {
-  (void)k;
-  if (look->core->implicit || look->seconds > 86400) return PETSC_FALSE; /* which is told */
-  odd->ratio = look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1);
-  for (PetscInt m = 0; m < look->scene->nmaterials && !odd->other[0]; m++)
-    if (MPMUnlikelyModulus(&look->scene->materials[m], PETSC_FALSE) >= 0.99 * look->c * look->c * look->scene->materials[m].rho)
-      (void)snprintf(odd->other, MPM_WORDS, "of %s", look->scene->materials[m].name);
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+  PetscReal       size = 0, slowest = PETSC_MAX_REAL, longest;
+
+  for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, grid->upper[d] - grid->lower[d]);
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    if (scene->bodies[b].v2 > 0) slowest = PetscMin(slowest, PetscSqrtReal(scene->bodies[b].v2));
+  for (PetscInt k = 0; k < MPMUnlikelyFormulas(look); k++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, k);
+
+    if (f.value && f.body < 0 && f.name && strcmp(f.word, "_spin") && MPMUnlikelySize(look, &f) > 0) slowest = PetscMin(slowest, MPMUnlikelySize(look, &f));
+  }
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscReal *v = scene->walls.given[face / 2][face % 2].velocity, speed = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+
+    if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES) && speed > 0) slowest = PetscMin(slowest, speed);
+  }
+  longest = MPMUnlikelyExtent(look, -1, -1) / look->c;
+  *whole  = 500 * longest;
+  (void)snprintf(text, MPM_WORDS, "as long as a wave needs through the matter, %.3g s", (double)longest);
+  if (look->g > 0 && 20 * PetscSqrtReal(2 * size / look->g) > *whole) {
+    longest = PetscSqrtReal(2 * size / look->g);
+    *whole  = 20 * longest;
+    (void)snprintf(text, MPM_WORDS, "as long as a fall through the grid, %.3g s", (double)longest);
+  }
+  if (20 * size / slowest > *whole) {
+    longest = size / slowest;
+    *whole  = 20 * longest;
+    (void)snprintf(text, MPM_WORDS, "as long as the slowest motion needs through the grid, %.3g s", (double)longest);
+  }
+  return longest;
+}
+
+PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal whole, longest;
+
+  if (look->core->implicit || look->scene->known || k || look->core->stages.n) return PETSC_FALSE;
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
+    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
+  longest    = Longest(look, &whole, odd->other);
+  odd->ratio = (MPMUnlikelyEnd(look) - look->core->t) / whole;
+  MPMUnlikelyWrite(odd->meant, (MPMUnlikelyEnd(look) - look->core->t) / longest);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_steps_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  MPMOdd far = {0};
+
+  if (look->core->implicit || look->seconds > 86400 || look->time->max_steps != PETSC_MAX_INT) return PETSC_FALSE; /* a day is told, */
+  if (MPMUnlikely_end_far(look, k, &far) && far.ratio > 1) return PETSC_FALSE;                                     /* and this too */
+  odd->ratio = look->steps;
+  MPMTimeWords(look->seconds, odd->other);
+  return look->core->stages.n ? MPMUnlikelyGiven("stages", NULL, "", odd) : MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_end_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -50,48 +99,6 @@ PetscBool MPMUnlikely_step_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-PetscBool MPMUnlikely_cfl_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)look;
-  (void)k;
-  return MPMUnlikelyNumber("dt_cfl", NULL, "", odd, &odd->ratio);
-}
-
-PetscBool MPMUnlikely_rest_never(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)look;
-  (void)k;
-  return MPMUnlikelyNumber("time_rest", NULL, "", odd, &odd->ratio) && odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* Returns when the whole run ends, s. */
-static PetscReal EndOf(const MPMLook *look)
-{
-  return look->core->stages.n ? look->core->stages.end : look->time->end;
-}
-
-PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMScene *scene = look->scene;
-
-  (void)k;
-  for (PetscInt j = 0; j < scene->nloads + 7; j++) {
-    const MPMExpression formula = j < scene->nloads ? scene->loads[j].value
-                                  : j - scene->nloads < 6 ? scene->wall_velocity[j - scene->nloads] : scene->acceleration;
-    const PetscReal     last = MPMExpressionTables(formula);
-
-    if (!(last > odd->ratio)) continue;
-    odd->ratio = last;
-    (void)MPMUnlikelyGiven(j < scene->nloads ? "load" : j - scene->nloads < 6 ? "bc" : "acceleration",
-                           j < scene->nloads ? scene->loads[j].name : j - scene->nloads < 6 ? MPMFaceNames[j - scene->nloads] : NULL,
-                           j < scene->nloads ? "_value" : j - scene->nloads < 6 ? "_velocity" : "", odd);
-  }
-  MPMUnlikelyWrite(odd->value, odd->ratio);
-  MPMUnlikelyWrite(odd->other, EndOf(look));
-  odd->ratio /= EndOf(look);
-  return EndOf(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
 /* The largest time that sources are given, s, and its option. */
 static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
 {
@@ -101,9 +108,9 @@ static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
     if (look->scene->bodies[b].source.on && MPMUnlikelyNumber("source", look->scene->bodies[b].name, word, &other, &other.ratio) &&
         other.ratio > odd->ratio)
       *odd = other;
-  MPMUnlikelyWrite(odd->other, EndOf(look));
-  odd->ratio /= EndOf(look);
-  return EndOf(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
+  odd->ratio /= MPMUnlikelyEnd(look);
+  return MPMUnlikelyEnd(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_source_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -130,7 +137,7 @@ PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const MPMBody   *b      = &look->scene->bodies[j];
     const MPMSource *s      = &b->source;
     const PetscReal  volume = (PetscReal)b->n * look->scene->kinds[b->kind].V0,
-                    flows  = s->on ? PetscMax(0, (PetscMin(s->to, EndOf(look)) - s->from) / (s->to - s->from)) : 0;
+                    flows  = s->on ? PetscMax(0, (PetscMin(s->to, MPMUnlikelyEnd(look)) - s->from) / (s->to - s->from)) : 0;
 
     if (!s->on) room -= volume;
     all += flows * volume;

@@ -2,8 +2,6 @@
    at. */
 #include "advice/unlikely.h"
 
-#define TIMES 10 /* places in time at which a formula is looked at, besides the start */
-
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *odd)
 {
   char      text[MPM_TEXT_LEN] = "";
@@ -55,24 +53,17 @@ PetscReal MPMUnlikelyModulus(const MPMMaterial *m, PetscBool young)
   return young ? m->mu * (3 * m->lambda + 2 * m->mu) / (m->lambda + m->mu) : m->lambda + 2 * m->mu;
 }
 
+PetscReal MPMUnlikelyCohesion(const MPMMaterial *m)
+{
+  PetscReal cohesion = 0;
+  MPMOdd    odd;
+
+  return MPMUnlikelyNumber("material", m->name, "_cohesion", &odd, &cohesion) ? cohesion : 0;
+}
+
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *m)
 {
   return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscReal MPMUnlikelySize(const MPMLook *look, MPMExpression formula, PetscInt nc, const PetscReal x[])
-{
-  PetscReal most = 0;
-
-  for (PetscInt k = 0; k <= TIMES && formula; k++) {
-    PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0;
-
-    if (MPMExpressionEvaluate(formula, look->core->grid.dim, x, x, look->time->end * (PetscReal)k / TIMES, value))
-      return 0;
-    for (PetscInt c = 0; c < nc; c++) size2 += value[c] * value[c];
-    if (size2 < PETSC_MAX_REAL) most = PetscMax(most, size2);
-  }
-  return PetscSqrtReal(most);
 }
 
 PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
@@ -82,4 +73,9 @@ PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     weight += look->scene->materials[k].rho * PetscAbsReal(look->core->params.gravity[d]) * MPMUnlikelyExtent(look, k, d);
   return weight;
+}
+
+PetscReal MPMUnlikelyEnd(const MPMLook *look)
+{
+  return look->core->stages.n ? look->core->stages.end : look->time->end;
 }

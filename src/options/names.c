@@ -62,29 +62,6 @@ static const MPMOptionRow *Find(MPMOptions o, const char given[])
 
 /* --- The closest name --------------------------------------------------------------------------------------------- */
 
-/* Described in reader.h. */
-int MPMOptionsDistance(const char a[], const char b[])
-{
-  int       d[3][MPM_FULL_LEN + 1];
-  const int na = (int)strlen(a), nb = (int)strlen(b);
-
-  if (na > MPM_FULL_LEN || nb > MPM_FULL_LEN) return 1000;
-  for (int j = 0; j <= nb; j++) d[0][j] = j;
-  for (int i = 1; i <= na; i++) {
-    int *now = d[i % 3], *last = d[(i + 2) % 3], *before = d[(i + 1) % 3];
-
-    now[0] = i;
-    for (int j = 1; j <= nb; j++) {
-      const int same = tolower(a[i - 1]) == tolower(b[j - 1]);
-
-      now[j] = PetscMin(PetscMin(last[j] + 1, now[j - 1] + 1), last[j - 1] + !same);
-      if (i > 1 && j > 1 && tolower(a[i - 1]) == tolower(b[j - 2]) && tolower(a[i - 2]) == tolower(b[j - 1]))
-        now[j] = PetscMin(now[j], before[j - 2] + 1);
-    }
-  }
-  return d[na % 3][nb];
-}
-
 /* Returns whether `name` ends with _ and `tail`. */
 static PetscBool EndsWith(const char name[], const char tail[])
 {
@@ -219,6 +196,26 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
   return PETSC_FALSE;
 }
 
+static const char face[] = "a face of the grid";
+
+/* Writes what is meant by a name of a face that the grid does not have, or returns PETSC_FALSE. */
+static PetscBool Side(MPMOptions o, const char name[], char hint[], size_t len)
+{
+  const char *side = MPMOptionsForeignValue(o->table, "load_<l>_face", name);
+  const char(*faces)[MPM_NAME_LEN];
+
+  for (size_t r = 0; r < o->table->n && !side; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const PetscInt      n = row->name && strstr(row->name, "<f>") && strchr("yz", name[0]) ? Words(o, row, &faces) : 0;
+
+    if (!n || (strcmp(name + 1, "min") && strcmp(name + 1, "max"))) continue;
+    (void)snprintf(hint, len, "; the last axis is %c, with the faces %s and %s", faces[n - 1][0], faces[n - 2], faces[n - 1]);
+    return PETSC_TRUE;
+  }
+  if (side) (void)snprintf(hint, len, "; %s", side);
+  return side ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
@@ -237,7 +234,7 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
             : open[1] == 'l' ? "among -loads"
             : open[1] == 'c' ? "among -contacts"
             : open[1] == 'p' ? "among -probes"
-                             : "a face of the grid";
+                             : face;
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -297,15 +294,15 @@ static const char *OwnWords(MPMOptions o, const char given[])
    does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
-  char nearest[MPM_FULL_LEN], alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
+  char nearest[MPM_FULL_LEN] = "", alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
   const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
-  nearest[0] = 0;
   if (of) Nearest(o, of, nearest);
+  if (of && FromAlias(o, given, alias)) (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
@@ -323,7 +320,7 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
     (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
-    if (MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
+    if (!(list == face && Side(o, name, hint, sizeof hint)) && MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -74,3 +74,26 @@ size_t MPMOptionsPrintWords(const MPMVocabulary *table, const char word[], Petsc
   }
   return found;
 }
+
+/* Described in reader.h. */
+int MPMOptionsDistance(const char a[], const char b[])
+{
+  int       d[3][MPM_FULL_LEN + 1];
+  const int na = (int)strlen(a), nb = (int)strlen(b);
+
+  if (na > MPM_FULL_LEN || nb > MPM_FULL_LEN) return 1000;
+  for (int j = 0; j <= nb; j++) d[0][j] = j;
+  for (int i = 1; i <= na; i++) {
+    int *now = d[i % 3], *last = d[(i + 2) % 3], *before = d[(i + 1) % 3];
+
+    now[0] = i;
+    for (int j = 1; j <= nb; j++) {
+      const int same = tolower(a[i - 1]) == tolower(b[j - 1]);
+
+      now[j] = PetscMin(PetscMin(last[j] + 1, now[j - 1] + 1), last[j - 1] + !same);
+      if (i > 1 && j > 1 && tolower(a[i - 1]) == tolower(b[j - 2]) && tolower(a[i - 2]) == tolower(b[j - 1]))
+        now[j] = PetscMin(now[j], before[j - 2] + 1);
+    }
+  }
+  return d[na % 3][nb];
+}

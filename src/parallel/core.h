@@ -105,6 +105,8 @@ enum {
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
   MPM_ENERGY_volumes,  /* change of the stored energy where volumes are relaxed and fluids pushed out of bodies */
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
+  MPM_ENERGY_mapped,   /* work of the stress that the mapping between particles and nodes gives; and */
+  MPM_ENERGY_half,     /* the part of it that belongs to the next step: the work in the second half of the last one */
   MPM_NUM_ENERGIES
 };
 /* The mean velocity along which the acceleration of a node does its work in a step: v' - kick/2 a of the node; with
@@ -115,6 +117,7 @@ typedef struct {
   PetscBool  on;    /* -history_energy */
   PetscBool  loads; /* the work of loads and body forces is summed */
   MPMMean    mean;
+  PetscBool  maps, strained; /* is what the mapping does to the work of the stress summed? has the last step strained? */
   MPMSum     sum[MPM_NUM_ENERGIES];
   PetscReal *before, *stress; /* of the particles as a step begins: [n][x, v] where b is not 0; [n][F, tau] */
   PetscInt  *which, n;        /* [n] the particles of `before` */

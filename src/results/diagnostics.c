@@ -306,7 +306,7 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
-VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s))
+VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - s->now->energy[MPM_ENERGY_half])
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
 static PetscReal Value_energy_integration(const MPMShown *s)
 {

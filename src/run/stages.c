@@ -105,7 +105,8 @@ static PetscErrorCode Blame(const Stages *s, PetscInt k, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the options of all stages, without what a checkpoint says. */
+/* Reads the options of all stages, without what a checkpoint says and without the constants of the model, whose file a
+   calibration makes. */
 static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
 {
   char      name[MPM_NAME_LEN], checkpoint[MPM_TEXT_LEN];
@@ -120,6 +121,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
 
     PetscCall(SetOptions(s, k));
     PetscCall(MPMOptionsOverlay("-restart_file", NULL));
+    PetscCall(MPMOptionsOverlay("-model_file", NULL));
     PetscCall(Make(s, k, &mpm, &o));
     if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
     PetscCall(MPMReadOptions(mpm, o));

@@ -173,7 +173,7 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
       const int       x = (int)(n % 3), y = (int)(n / 3);
       const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r) ? PETSC_TRUE : PETSC_FALSE;
       const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0;
-      const PetscReal along = y && any && shaped
+      const PetscReal along = y && any && shaped && !b->source.on
                                   ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1))
                                   : 1;
       PetscReal       share = x && !axis && any && shaped ? Share(scene->walls.given[0][x - 1].type, in) : 1;

@@ -6,12 +6,13 @@
 #define AHEAD 2 /* cells: what enters does so as far before an end of the grid, to which it moves */
 
 /* Reads one source, after its body. */
-static PetscErrorCode Read(PetscInt dim, MPMOptions o, MPMBody *b)
+static PetscErrorCode Read(const MPMGrid *grid, MPMOptions o, MPMBody *b)
 {
-  MPMSource *s    = &b->source;
-  PetscReal  most = 0, lower[3], upper[3];
-  PetscInt   axes = 0, axis = 0;
-  char       text[MPM_TEXT_LEN] = "";
+  const PetscInt dim  = grid->dim;
+  MPMSource     *s    = &b->source;
+  PetscReal      most = 0, lower[3], upper[3];
+  PetscInt       axes = 0, axis = 0;
+  char           text[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsReal(o, "source_<b>_from", b->name, &s->from, NULL));
@@ -28,6 +29,8 @@ static PetscErrorCode Read(PetscInt dim, MPMOptions o, MPMBody *b)
     MPMOptionsFail(o, "-sources: -body_%s_velocity must be numbers, one of them not 0", b->name);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (grid->round && s->v[0] != 0)
+    MPMOptionsFail(o, "-sources: -body_%s_velocity has %g along x: with -geometry axisymmetric x is the radius, and matter flows in along y only", b->name, (double)s->v[0]);
   for (PetscInt d = 0; d < dim; d++) {
     s->speed += PetscSqr(s->v[d] / most);
     if (s->v[d] == 0) continue;
@@ -52,7 +55,6 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsNames(o, "sources", &n, &names));
   if (n && core->grid.total) MPMOptionsFail(o, "-sources does not apply in the total frame: its nodes have the matter of the start");
-  if (n && core->grid.round) MPMOptionsFail(o, "-sources is not built yet with -geometry axisymmetric");
   if (n && (scene->initial || scene->known))
     MPMOptionsFail(o, "-sources does not apply with %s: what flows in is undeformed", scene->initial ? "-initial_stress" : "a known solution");
   for (PetscInt k = 0; k < n && !MPMOptionsError(o); k++) {
@@ -63,7 +65,7 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
     if (!body)
       MPMOptionsFail(o, "-sources %s: no body of that name has particles on a lattice", names[k]);
     else
-      PetscCall(Read(core->grid.dim, o, body));
+      PetscCall(Read(&core->grid, o, body));
   }
   if (n == scene->nfilled && n && scene->nbodies == scene->nfilled)
     MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner");

@@ -5,14 +5,7 @@
    (Energy and momentum). */
 #include "parallel/exchange.h"
 #include "physics/wall.h"
-#include "step/step.h"
-
-#define MPM_STRESS_ROW (9 + MPM_STRESS_NC) /* F and tau of a particle as a step begins */
-
-PetscBool MPMEnergyLost(const MPMMaterial *m)
-{
-  return (m->state & MPM_BIT(F)) && !(m->type->traits & MPM_HYPERELASTIC) ? PETSC_TRUE : PETSC_FALSE;
-}
+#include "step/energy.h"
 
 /* Returns whether motion by FLIP is followed particle by particle. */
 static PetscBool KeepsAll(const MPMEnergy *e)
@@ -119,7 +112,7 @@ static PetscReal WorkOfLoads(int dim, const PetscReal *was, const PetscReal *F, 
 }
 
 /* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step, and that of
-   the stress of loads; gravity's work is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w =
+   the stress of loads; gravity's work is taken so too. Takes off what AddAdvance adds of m b, along dx/dt - dv. If all particles are kept, adds m/2 |w|^2 as well, where w =
    kick sum phi a is the part of dv by FLIP. */
 static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
@@ -132,7 +125,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     const PetscInt   p    = e->which[k];
     const PetscReal *was  = e->before + MotionRow(core) * k;
     const PetscReal  m    = MPMKindOf(core->params.kinds, view, p)->m;
-    PetscReal        work = 0, flip = 0;
+    PetscReal        work = 0, flip = 0, mapped = 0;
 
     for (PetscInt d = 0; d < dim; d++) {
       const PetscReal length = grid->upper[d] - grid->lower[d], v = view->v[p * dim + d], dv = v - was[dim + d];
@@ -140,155 +133,17 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
       if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
       if (e->loads) work += view->b[p * dim + d] * par->kick * (dx / par->dt - half * dv);
+      if (e->maps && e->loads) mapped += view->b[p * dim + d] * (par->kick - 0.5 * par->dt) * (dx / par->dt - dv);
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
+    if (e->loads && e->maps && e->strained) MPMSumAdd(&e->sum[MPM_ENERGY_mapped], -m * mapped);
     if (e->loads && view->S && view->F)
       MPMSumAdd(&e->sum[MPM_ENERGY_loads],
                 MPMKindOf(core->params.kinds, view, p)->V0 * par->kick / par->dt *
                     WorkOfLoads((int)dim, was + 2 * dim, view->F + p * dim * dim, view->S + p * dim * dim));
     if (KeepsAll(e)) MPMSumAdd(&e->sum[MPM_ENERGY_advance], 0.5 * m * flip);
   }
-}
-
-/* Sets tau [6], Pa, of particle p, in the sequence of MPMSymIndex. */
-static void Stress(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, PetscReal tau[])
-{
-  MPMBlock b;
-
-  MPMMaterialState(dim, view, p, &b);
-  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[MPMLawForm(m, dim)](m, 0, 1, &b);
-  for (int k = 0; k < 6; k++) tau[k] = 0;
-  for (int k = 0; k < MPM_SYM_NC(dim); k++) tau[MPMSymPlace((int)dim, k)] = b.tau[k][0];
-}
-
-static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal *V0)
-{
-  const MPMKind *kind = MPMKindOf(core->params.kinds, view, p);
-
-  *V0 = kind->V0;
-  return &core->params.materials[kind->material];
-}
-
-/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. Of a law that gets hot, the rise
-   of its temperature is `theta`, K, if that is not NULL. */
-static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, const PetscReal *theta)
-{
-  PetscReal W;
-  MPMBlock  b;
-
-  MPMMaterialState(dim, view, p, &b);
-  if (theta) b.theta[0][0] = *theta;
-  m->type->law->energy[MPMLawForm(m, dim)](m, 0, 1, &b, &W);
-  return W;
-}
-
-/* Copies F and tau of the particles whose law does not store all work. */
-static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
-{
-  const PetscInt dim = core->grid.dim;
-
-  for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal         *to = e->stress + p * MPM_STRESS_ROW, V0;
-    const MPMMaterial *m  = MaterialOf(core, view, p, &V0);
-
-    if (!MPMEnergyLost(m)) continue;
-    for (PetscInt k = 0; k < dim * dim; k++) to[k] = view->F[p * dim * dim + k];
-    if (m->round) to[8] = view->F33[p]; /* dim is 2 */
-    Stress(dim, m, view, p, to + 9);
-    if (e->nheat) {
-      e->stored[2 * p]     = Stored(dim, m, view, p, NULL);
-      e->stored[2 * p + 1] = view->theta ? view->theta[p] : 0;
-    }
-  }
-}
-
-/* Returns the work of the stress per reference volume in a step, J/m^3: the mean of tau : (f - I) before and of
-   tau : (I - f^-1) after, where f = F F_before^-1 leads from the one state to the other. */
-static PetscReal WorkOfStress(int dim, const PetscReal *was, const PetscReal *F, const PetscReal *F33,
-                              const PetscReal tau[])
-{
-  PetscReal cofactor[9], f[9], back[9], J, work = 0;
-
-  MPMCofactor(dim, was, cofactor); /* J F^-T */
-  J = MPMDet(dim, was);
-  for (int d = 0; d < dim; d++)
-    for (int e = 0; e < dim; e++) {
-      f[d * dim + e] = 0;
-      for (int k = 0; k < dim; k++) f[d * dim + e] += F[d * dim + k] * cofactor[e * dim + k] / J;
-    }
-  MPMCofactor(dim, f, cofactor);
-  J = MPMDet(dim, f);
-  for (int d = 0; d < dim; d++)
-    for (int e = 0; e < dim; e++) back[d * dim + e] = cofactor[e * dim + d] / J;
-  for (int d = 0; d < dim; d++)
-    for (int e = 0; e < dim; e++)
-      work += 0.5 * (was[9 + MPMSymIndex(d, e)] * (f[d * dim + e] - (d == e)) +
-                     tau[MPMSymIndex(d, e)] * ((d == e) - back[d * dim + e]));
-  if (F33) work += 0.5 * (was[14] * (*F33 / was[8] - 1) + tau[5] * (1 - was[8] / *F33)); /* zz, around the axis */
-  return work;
-}
-
-/* Returns what viscosity dissipates in a step per reference volume, J/m^3: |dev tau|^2 dt/(2 viscosity J). */
-static PetscReal Viscous(const MPMMaterial *m, PetscReal J, PetscReal dt, const PetscReal tau[])
-{
-  const PetscReal mean = (tau[0] + tau[3] + tau[5]) / 3;
-  PetscReal       size = 0;
-
-  for (int k = 0; k < 6; k++)
-    size += k == 0 || k == 3 || k == 5 ? (tau[k] - mean) * (tau[k] - mean) : 2 * tau[k] * tau[k];
-  return size * dt / (2 * m->viscosity * J);
-}
-
-/* Adds the dissipation of a particle, J, to that of its body, if this is asked for. */
-static void AddHeat(const MPMView *view, PetscInt p, PetscReal heat, MPMEnergy *e)
-{
-  for (PetscInt k = 0; k < e->nheat; k++)
-    if (view->id[p] >= e->ids[2 * k] && view->id[p] < e->ids[2 * k + 1]) MPMSumAdd(&e->heat[k], heat);
-}
-
-static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
-{
-  const PetscInt dim = core->grid.dim;
-
-  for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal          tau[6], V0, work;
-    const MPMMaterial *m       = MaterialOf(core, view, p, &V0);
-    const PetscBool    viscous = m->type->traits & MPM_FLUID && m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
-
-    if (!viscous && !MPMEnergyLost(m)) continue;
-    Stress(dim, m, view, p, tau);
-    work = V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
-                         : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim,
-                                        m->round ? view->F33 + p : NULL, tau));
-    if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
-    if (e->nheat && viscous) AddHeat(view, p, work, e);
-    if (e->nheat && !viscous && m->type->law->update[dim - 1]) /* what became heat in the step is no stored energy */
-      AddHeat(view, p, work - V0 * (Stored(dim, m, view, p, &e->stored[2 * p + 1]) - e->stored[2 * p]), e);
-  }
-}
-
-/* What the laws that store only a part of their work gain is taken off the work of their stress, of which the term laws
-   is the rest. */
-PetscErrorCode MPMEnergyVolumes(MPMCore *core, PetscInt sign)
-{
-  const PetscInt fields = MPM_MATERIAL_BITS | MPM_BIT(kind);
-  MPMSum        *sum    = core->energy.sum;
-  MPMView        view;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal          V0, stored;
-    const MPMMaterial *m = MaterialOf(core, &view, p, &V0);
-
-    if (!(m->follows > 0)) continue;
-    stored = sign * V0 * Stored(core->grid.dim, m, &view, p, NULL);
-    MPMSumAdd(&sum[MPM_ENERGY_volumes], stored);
-    if (MPMEnergyLost(m)) MPMSumAdd(&sum[MPM_ENERGY_stress], stored);
-  }
-  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
@@ -328,9 +183,27 @@ static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const Pet
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
+/* Returns the work of the force of a node along v [dim] over a time, J. */
+static PetscReal WorkOfForce(const MPMCore *core, const MPMNode *n, const PetscReal v[], PetscReal time)
+{
+  PetscReal work = 0;
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) work += n->f[d] * v[d] * time;
+  return work;
+}
+
+/* Returns whether a later phase of the step than number k corrects the velocity of the advance, which then makes no strain. */
+static PetscBool IsCorrected(const MPMCore *core, PetscInt k)
+{
+  while (++k < core->nprogram)
+    if (core->program[k]->nodes == MPMNodesCorrect) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving
    wall holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 -
-   flip. */
+   flip. Of the work of the force, the part of the time before the advance is along the velocity as it was mapped, while
+   the strain of the last step was made by those of that step: the difference is what the mapping gives. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
                        const PetscInt ijk[], MPMEnergy *e)
 {
@@ -353,6 +226,9 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
   }
   AddNode(core, n, ijk[0], a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
+  if (!e->maps || !e->strained) return;
+  for (PetscInt d = 0; d < dim && e->mean == MPM_MEAN_NODES; d++) s[d] = 2 * s[d] - motion[d];
+  MPMSumAdd(&e->sum[MPM_ENERGY_mapped], WorkOfForce(core, n, s, par->kick - 0.5 * par->dt));
 }
 
 /* Adds the other half of it, along the velocity of the second mapping of musl. */
@@ -386,16 +262,20 @@ static void AddKick(const MPMCore *core, const MPMNode *n, const PetscReal v[], 
   }
 }
 
-PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
+PetscErrorCode MPMEnergyNodes(MPMCore *core, PetscInt k)
 {
-  const MPMPatch *patch   = &core->exchange.patch;
-  const PetscBool kicks   = MPMTotalKicks(phase);
-  const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  dim     = core->grid.dim;
-  MPMEnergy      *e       = &core->energy;
+  const MPMPhase *phase    = core->program[k];
+  const MPMPatch *patch    = &core->exchange.patch;
+  const PetscBool kicks    = MPMTotalKicks(phase);
+  const PetscBool advance  = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  dim      = core->grid.dim;
+  MPMEnergy      *e        = &core->energy;
+  const PetscBool direct   = e->maps && e->mean == MPM_MEAN_NODES ? PETSC_TRUE : PETSC_FALSE,
+                  later    = IsCorrected(core, k),
+                  corrects = direct && phase->nodes == MPMNodesCorrect && !later ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  if (!advance && !kicks && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
+  if (!advance && !kicks && !corrects && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
   MPM_FOR_OWN_ROWS(patch, r)
@@ -404,6 +284,10 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
     const PetscInt   ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
 
     if (!(r.sum[i].m > 0)) continue;
+    if (corrects || (advance && direct && later)) /* the strain is made by the velocity of the last correction */
+      MPMSumAdd(&e->sum[MPM_ENERGY_mapped],
+                WorkOfForce(core, r.sum + i, motion, (corrects ? -0.5 : 0.5) * core->params.dt));
+    if (corrects) continue;
     if (kicks)
       AddKick(core, r.sum + i, motion + dim,
               core->before + ((PetscInt)(r.state - patch->state) + i * MPM_MOTION_NC(dim)) + dim, ijk, e);
@@ -435,10 +319,15 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
       AddWork(core, &view, e);
   }
   if (e->on || e->nheat) {
-    if (begins)
-      KeepStress(core, &view, e);
-    else
-      AddStress(core, &view, e);
+    if (begins) {
+      MPMSumZero(&e->sum[MPM_ENERGY_half]);
+      MPMEnergyKeepStress(core, &view, e);
+    } else {
+      if (e->maps) PetscCall(MPMExchangeOpenNodes(core));
+      MPMEnergyAddStress(core, &view, e);
+      if (e->maps) PetscCall(MPMExchangeCloseNodes(core));
+      e->strained = e->maps;
+    }
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -260,6 +260,10 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   core->energy.mean = method->scheme->keeps_increment                      ? MPM_MEAN_AGAIN
                       : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
                                                                            : MPM_MEAN_PARTICLES;
+  core->energy.maps = core->energy.on && !core->grid.total && !core->implicit &&
+                              (method->scheme->keeps_increment || method->scheme->direct)
+                          ? PETSC_TRUE
+                          : PETSC_FALSE;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;

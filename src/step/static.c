@@ -184,6 +184,36 @@ PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says in words where the largest part of the residual is: " near ..." by its node, or nothing. */
+static PetscErrorCode Worst(struct MPMStatic *s, char words[2 * MPM_NAME_LEN])
+{
+  const MPMCore *core = s->core;
+  const PetscInt dim = core->grid.dim;
+  PetscInt       most, begin, end;
+  PetscReal      value, at[3] = {0, 0, 0};
+  char           place[MPM_NAME_LEN];
+  Vec            r;
+
+  PetscFunctionBeginUser;
+  words[0] = 0;
+  PetscCall(SNESGetFunction(s->snes, &r, NULL, NULL));
+  PetscCall(VecCopy(r, s->work));
+  PetscCall(VecAbs(s->work));
+  PetscCall(VecMax(s->work, &most, &value));
+  if (most < 0 || !(value > 0) || PetscIsInfOrNanReal(value)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(r, &begin, &end));
+  if (most >= begin && most < end) {
+    PetscInt ijk[3];
+
+    MPMStaticWhere(s, (most - begin) / dim, ijk);
+    MPMGridNodeAt(&core->grid, ijk, at);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, at, 3, MPIU_REAL, MPI_SUM, core->exchange.data));
+  MPMPlaceWords(dim, at, place);
+  (void)snprintf(words, 2 * MPM_NAME_LEN, ", most at %s", place);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Says in core->stop why a step found no equilibrium. */
 static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
 {
@@ -191,7 +221,7 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   KSP                 ksp;
   KSPConvergedReason  linear;
   PetscInt            it;
-  char                why[MPM_NAME_LEN];
+  char                why[MPM_NAME_LEN], where[2 * MPM_NAME_LEN];
   const char         *what = s->M ? "no solution of the step" : "no equilibrium";
 
   PetscFunctionBeginUser;
@@ -212,11 +242,13 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
     (void)snprintf(core->stop, sizeof core->stop,
                    "%s was found at t=%g s: a particle would be turned inside out in Newton iteration %" PetscInt_FMT,
                    what, (double)(core->t + core->params.dt), it);
-  else
+  else {
+    PetscCall(Worst(s, where));
     (void)snprintf(core->stop, sizeof core->stop,
                    "%s was found at t=%g s: after %" PetscInt_FMT
-                   " Newton iterations %.3g N are out of balance, of %.3g N (%s)",
-                   what, (double)(core->t + core->params.dt), it, (double)s->residual, (double)s->scale, why);
+                   " Newton iterations %.3g N are out of balance%s, of %.3g N (%s)",
+                   what, (double)(core->t + core->params.dt), it, (double)s->residual, where, (double)s->scale, why);
+  }
   MPMStatusReset(&core->status);
   PetscCall(ToNodes(s, s->was));
   PetscCall(MPMParticlesPutBack(&core->particles));
@@ -341,11 +373,13 @@ static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
 {
   PetscInt newton, krylov;
   KSP      ksp;
+  PC       pc;
 
   PetscFunctionBeginUser;
   PetscCall(Begin(s));
   PetscCall(SNESGetKSP(s->snes, &ksp));
-  PetscCall(KSPReset(ksp)); /* so that a step depends on nothing but its state, and a restart has the same bits */
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCReset(pc)); /* so that a step depends on nothing but its state, and a restart has the same bits; KSPReset would forget -ksp_view */
   PetscCall(Predict(s));
   if (s->bound[0]) PetscCall(KSPReset(ksp)); /* the variational inequality solves for fewer unknowns */
   PetscCall(SNESSolve(s->snes, NULL, s->u));

@@ -26,7 +26,7 @@ struct MPMStatic {
   PetscBool checked;   /* the options of PETSc's solvers have been looked at */
   PetscBool symmetric; /* the tangents of all laws */
 
-  /* The unknowns: the displacements of own nodes that have mass, [n][dim], in the order of the patch's rows. */
+  /* The unknowns: the displacements of own nodes that have mass, or on which a strain depends, [n][dim], in the order of the patch's rows. */
   PetscInt   n;
   PetscInt  *node;  /* [n] the node, in the patch's arrays */
   PetscInt  *at;    /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */

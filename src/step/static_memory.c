@@ -15,7 +15,7 @@
 #define FACTORS_3D    0.25
 #define LEVELS        0.06
 #define VECTORS       12
-#define GMRES_VECTORS 34
+#define GMRES_VECTORS 104
 
 /* Returns how many times the entries of the tangent its LU factors have, about. */
 static PetscReal Fill(const struct MPMStatic *s, PetscReal unknowns)

@@ -70,15 +70,53 @@ static PetscErrorCode CreateNumbers(struct MPMStatic *s, PetscInt width)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets ijk [3] to where this node of the patch is. */
+static void NodeAt(const MPMPatch *patch, PetscInt node, PetscInt ijk[])
+{
+  const PetscInt row = node / patch->n[0];
+
+  ijk[0] = patch->lo[0] + node % patch->n[0];
+  ijk[1] = patch->lo[1] + row % patch->n[1];
+  ijk[2] = patch->lo[2] + row / patch->n[1];
+}
+
 /* Sets ijk [3] to where own unknown q is. */
 void MPMStaticWhere(const struct MPMStatic *s, PetscInt q, PetscInt ijk[])
 {
-  const MPMPatch *patch = &s->core->exchange.patch;
-  const PetscInt  row   = s->node[q] / patch->n[0];
+  NodeAt(&s->core->exchange.patch, s->node[q], ijk);
+}
 
-  ijk[0] = patch->lo[0] + s->node[q] % patch->n[0];
-  ijk[1] = patch->lo[1] + row % patch->n[1];
-  ijk[2] = patch->lo[2] + row / patch->n[1];
+/* Makes a vector that has 1 or more at own nodes, in the order of the DM, on whose displacements the strain of a particle depends.
+   With the linear basis they need not have mass: a particle on a line of the grid has no weight there, but a gradient. */
+static PetscErrorCode FindStrained(struct MPMStatic *s, Vec *strained)
+{
+  MPMCore       *core   = s->core;
+  const PetscInt fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l);
+  PetscScalar   *mark;
+  MPMStaticNodes t;
+  MPMView        view;
+  Vec            here;
+
+  PetscFunctionBeginUser;
+  PetscCall(DMCreateLocalVector(s->numbers, &here));
+  PetscCall(VecSet(here, 0));
+  PetscCall(VecGetArray(here, &mark));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    MPMStaticStencil(s, &view, p, &t);
+    for (PetscInt i = 0; i < t.n; i++) {
+      const PetscInt n = MPMBasisNodes(core->basis), ijk[3] = {t.base[0] + i % n, t.base[1] + i / n % n, t.base[2] + i / (n * n)};
+
+      if (t.g[i][0] != 0 || (core->grid.dim > 1 && t.g[i][1] != 0) || (core->grid.dim > 2 && t.g[i][2] != 0)) mark[MPMStaticPlace(s, ijk)] = 1;
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(VecRestoreArray(here, &mark));
+  PetscCall(DMCreateGlobalVector(s->numbers, strained));
+  PetscCall(VecSet(*strained, 0));
+  PetscCall(DMLocalToGlobal(s->numbers, here, ADD_VALUES, *strained));
+  PetscCall(VecDestroy(&here));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sets value[...], as long as `at`, to own [n], one number of each own unknown, also where other processes have them;
@@ -201,31 +239,43 @@ PetscErrorCode MPMStaticNumber(struct MPMStatic *s)
   MPMCore        *core  = s->core;
   const MPMPatch *patch = &core->exchange.patch;
   const PetscInt  dim   = core->grid.dim;
-  PetscInt        most = 0, begin, size;
+  PetscInt        most = 0, begin, size, x[3], m[3];
   PetscReal      *own, *value;
+  PetscScalar    *mark;
+  Vec             strained;
 
   PetscFunctionBeginUser;
   PetscCall(CreateNumbers(s, PetscMax(Reach(s), MPMStaticOrder(s))));
+  size = s->wide[0] * s->wide[1] * s->wide[2];
+  PetscCall(PetscMalloc1(size, &s->at));
+  for (PetscInt k = 0; k < size; k++) s->at[k] = -1;
+  PetscCall(FindStrained(s, &strained));
+  PetscCall(DMDAGetCorners(s->numbers, &x[0], &x[1], &x[2], &m[0], &m[1], &m[2]));
+  for (PetscInt d = 0; d < dim; d++) x[d] -= core->grid.layers[d];
+  PetscCall(VecGetArray(strained, &mark));
   PetscCall(MPMExchangeOpenNodes(core));
   for (int pass = 0; pass < 2; pass++) {
     s->n = 0;
     MPM_FOR_OWN_ROWS(patch, r)
     for (PetscInt i = r.first; i < r.last; i++) {
-      if (!(r.sum[i].m > 0)) continue;
+      PetscInt ijk[3];
+
+      NodeAt(patch, r.row * patch->n[0] + i, ijk);
+      if (!(r.sum[i].m > 0) && !(mark[((ijk[2] - x[2]) * m[1] + ijk[1] - x[1]) * m[0] + ijk[0] - x[0]] > 0)) continue;
       if (pass) s->node[s->n] = r.row * patch->n[0] + i;
       s->n++;
     }
     if (!pass) PetscCall(PetscMalloc1(PetscMax(1, s->n), &s->node));
   }
   PetscCall(MPMExchangeCloseNodes(core));
+  PetscCall(VecRestoreArray(strained, &mark));
+  PetscCall(VecDestroy(&strained));
   most = s->n;
   PetscCallMPI(MPI_Scan(&most, &begin, 1, MPIU_INT, MPI_SUM, core->exchange.data));
   begin -= s->n;
-  size = s->wide[0] * s->wide[1] * s->wide[2];
   PetscCall(PetscMalloc2(PetscMax(1, s->n), &own, size, &value));
   for (PetscInt q = 0; q < s->n; q++) own[q] = (PetscReal)(begin + q);
   PetscCall(MPMStaticSpread(s, own, -1, value));
-  PetscCall(PetscMalloc1(size, &s->at));
   for (PetscInt k = 0; k < size; k++) s->at[k] = (PetscInt)value[k];
   PetscCall(PetscFree2(own, value));
   PetscCall(PetscMalloc1(PetscMax(1, s->n * dim), &s->held));

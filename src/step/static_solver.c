@@ -116,8 +116,9 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   if (direct && size > 1 && !s->bound[0])
     PetscCall(MPMStaticWholeCreate(s, pc));
   else
-    PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : PCGAMG));
-  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+    PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG)); /* masses make K well conditioned */
+  PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
+  PetscCall(KSPGMRESSetRestart(ksp, 100));
   PetscCall(SNESSetFromOptions(s->snes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -267,6 +268,9 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
                      exact && s->searches ? "on any number of processes, but where a step needs a line search"
                      : exact         ? "on any number of processes"
                                      : "each time on as many processes"));
+  for (PetscInt k = 0; k < core->params.nmaterials; k++)
+    if (!MPMTangentIsOwn(&core->params.materials[k]))
+      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n", core->params.materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

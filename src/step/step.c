@@ -88,7 +88,7 @@ static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
   if (core->grid.total && (core->reactions || core->energy.on) && MPMTotalKicks(phase)) PetscCall(MPMTotalKeep(core));
   PetscCall(MPMPhaseRun(core, phase));
-  if (core->energy.on && !core->implicit && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
+  if (core->energy.on && !core->implicit && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, k));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -29,12 +29,12 @@ PetscErrorCode MPMStepRecoverEnd(MPMCore *);
 PetscErrorCode MPMStepBound(MPMCore *);
 
 /* The energy that steps bring and take (energy.c), in core->energy. MPMEnergyStep notes the particles as a step begins,
-   after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what a phase of
-   nodes did, where that counts, and MPMEnergyVolumes, times `sign`, what relaxing fluids store. MPMEnergyLost returns
+   after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what phase k
+   of the program, one of nodes, did, where that counts, and MPMEnergyVolumes, times `sign`, what relaxing fluids store. MPMEnergyLost returns
    whether a law stores only a part of the work of its stress. MPMEnergyHeat asks for the dissipation of n bodies with
    ids [2 k] .. [2 k + 1] - 1, and MPMEnergyFollows returns whether anything is to be summed. Not collective. */
 PetscErrorCode       MPMEnergyStep(MPMCore *, PetscBool begins);
-PetscErrorCode       MPMEnergyNodes(MPMCore *, const MPMPhase *);
+PetscErrorCode       MPMEnergyNodes(MPMCore *, PetscInt k);
 PetscErrorCode       MPMEnergyVolumes(MPMCore *, PetscInt sign);
 PetscErrorCode       MPMEnergyDestroy(MPMEnergy *);
 PetscInt             MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */

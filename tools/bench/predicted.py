@@ -4,11 +4,10 @@ line before the first step counts, and the time of the steps alone."""
 import glob
 import os
 import re
-import statistics
-import subprocess
 import tempfile
 
-LEAST, MOST = 0.67, 1.5
+import scenes
+
 UNITS = {"second": 1, "minute": 60, "hour": 3600}
 
 
@@ -21,23 +20,16 @@ def of(out):
     if not before:
         return None
     each, particles, steps = (float(re.search(pattern, out, re.M)[1]) for pattern in (
-        r"^speed +(\S+) ns/particle/step", r"^scene .* (\d+) particles", r"^done +(\d+) steps"))
+        r"^speed +(\S+) ns/particle/step", r"^scene .* (\d+) particles", r"^done +(\d+) steps"))  # fmt: skip
     return 1e-9 * each * particles * steps, float(before[1]) * float(before[2])
 
 
-def measure(args, results):
-    ratios = {}
-    for path in sorted(glob.glob(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "options", "*.opts"))):
-        name = os.path.basename(path).removesuffix(".opts")
+def measure(bench, output):
+    rows = []
+    for path in sorted(glob.glob(os.path.join(scenes.ROOT, "options", "*.opts"))):
         with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.run([args.pebble, "-options_file", path, "-output_dir", folder], capture_output=True, text=True, timeout=900)
-        if run.returncode:
-            results.problem(f"predicted: {name}: exit status {run.returncode}: {run.stderr.strip()}")
-            continue
-        told = of(run.stdout)
-        if told:
-            ratios[name] = told[0] / told[1]
-            print(f"  {name:44s} measured {told[0]:8.3g} s, predicted {told[1]:8.3g} s, ratio {ratios[name]:.2f}", flush=True)
-    if ratios:
-        good = sum(LEAST <= ratio <= MOST for ratio in ratios.values())
-        print(f"  {good} of {len(ratios)} from {LEAST} to {MOST}, the median {statistics.median(ratios.values()):.2f}")
+            out = bench.attempt(output, [bench.args.pebble, "-options_file", path, "-output_dir", folder])
+        if told := of(out or ""):
+            rows.append(dict(zip(("scene", "measured", "predicted"), (os.path.basename(path).removesuffix(".opts"), *told))))
+            print("  {scene:44s} measured {measured:8.3g} s, predicted {predicted:8.3g} s".format(**rows[-1]), flush=True)
+    scenes.table(os.path.join(scenes.ROOT, "docs", "data", "bench", "predicted.csv"), rows)

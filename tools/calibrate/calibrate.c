@@ -215,6 +215,9 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   PetscCall(MPMSetFromOptions(scene, o));
   (void)snprintf(scene->cost.file, sizeof scene->cost.file, "%s", file);
   if (scene->scene.dry_run) MPMOptionsFail(o, "make calibrate does not go with -dry_run: it times short runs");
+  if (scene->core.implicit)
+    MPMOptionsFail(o, "make calibrate times explicit steps, not those of -method_time static, euler or newmark: their time is predicted "
+                      "from the first iterations of Newton's method");
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMNotes(&scene->core, &scene->scene, &scene->monitor, &scene->output, &scene->report));
   if (scene->report.limits)

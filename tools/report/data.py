@@ -23,49 +23,59 @@ def value(text):
     try:
         number = float(text)
         return int(number) if number.is_integer() and "." not in text and "e" not in text.lower() else number
-    except (TypeError, ValueError):
+    except ValueError:
         return text
 
 
 @functools.cache
 def rows(name):
-    with open(os.path.join(FOLDER[0], name), newline="") as f:
+    with open(os.path.join(FOLDER[0], f"{name}.csv"), newline="") as f:
         return tuple({k: value(v) for k, v in row.items()} for row in csv.DictReader(f))
+
+
+def find(some, column, by="processes", **which):
+    """{by: column} of those rows that have these values; `some` are rows, or the name of a file."""
+    return {r[by]: r[column] for r in (rows(some) if isinstance(some, str) else some) if all(r[k] == v for k, v in which.items())}
 
 
 def use(folder):
     """Reads other data from now on: the test `report` falsifies some."""
     FOLDER[0] = folder
-    for function in (rows, short, runs, simulations):
+    for function in (rows, short, evidence):
         function.cache_clear()
+
+
+def constants(scene):
+    """{constant: value} of a scene."""
+    return find("constants", "value", "constant", scene=scene)
+
+
+@functools.cache
+def short(scene):
+    c = constants(scene)
+    return Short(SCENES[scene].dim, *(c[name] for name in "CLBRM"))
 
 
 def way(row):
     """Of a row of runs.csv or of a simulation."""
     if row["strategy"] == "serial" or row.get("ranks") == 1:
         return "one process"
-    return POOL if row["strategy"] == "pool" else SWARM if row["migrate"] == "swarm" else DIRECT
-
-
-def constants(scene):
-    """{constant: value} of a scene."""
-    return {r["constant"]: r["value"] for r in rows("constants.csv") if r["scene"] == scene}
+    name = POOL if row["strategy"] == "pool" else SWARM if row["migrate"] == "swarm" else DIRECT
+    return f"{name}, racks of 32" if row.get("platform") == "fattree" else name
 
 
 @functools.cache
-def short(scene):
-    c = constants(scene)
-    return Short(c["dimensions"], *(c[name] for name in "CLBRM"))
-
-
-@functools.cache
-def runs(study, kind):
-    """Rows of real runs: `measured`, `critical path`, or `closed form`, which is computed here for the imbalance that the
-    program counted. (runs.csv calls what the program printed by a calibration of that day a closed form: it is not used.)"""
+def evidence(study, kind):
+    """The rows of a study (strong, weak; simulated also strong-large, weak-large) in a class of evidence or `measured`, with
+    scene, way, processes, particles, seconds of a step, efficiency and imbalance. A closed form is computed here for the
+    imbalance that the program counted. (What runs.csv calls so was printed by a calibration of that day, and is not used.)"""
+    if kind.endswith("simulation"):
+        some = (r for r in rows(f"simulated/{study}") if f"{r['mode']} simulation" == kind)
+        return [r | dict(way=way(r), processes=r["ranks"], seconds=r["seconds_per_step"]) for r in some]
     out = []
-    for r in rows("scaling/runs.csv"):
+    for r in rows("scaling/runs"):
         if r["study"] == study and r["class"] == ("measured" if kind == "measured" else "critical path") and r["efficiency"] != "":
-            r = {**r, "class": kind, "way": way(r), "seconds": r["seconds_per_step"]}
+            r = r | dict(way=way(r), seconds=r["seconds_per_step"])
             if kind == "closed form":
                 s, p, n = short(r["scene"]), r["processes"], r["particles"]
                 r["efficiency"] = (s.pool(p) if r["way"] == POOL else s.speedup(n, p, r["imbalance"])) / p
@@ -75,45 +85,27 @@ def runs(study, kind):
     return out
 
 
-@functools.cache
-def simulations(study, kind):
-    """Rows of simulated runs, strong, weak, strong-large or weak-large; kind: `injected simulation` or `emulated simulation`."""
-    return [{**r, "class": kind, "study": study, "way": way(r), "processes": r["ranks"], "seconds": r["seconds_per_step"]}
-            for r in rows(f"simulated/{study}.csv") if f"{r['mode']} simulation" == kind]  # fmt: skip
-
-
-def evidence(study, kind):
-    """The rows of a study in a class, with scene, way, processes, particles, seconds of a step, efficiency, imbalance."""
-    return [r for r in simulations(study, kind) if r["platform"] == "cluster"] if kind.endswith("simulation") else runs(study, kind)
-
-
 def efficiency(scene, study, kind, how=DIRECT):
     """{processes: efficiency}"""
-    return {r["processes"]: r["efficiency"] for r in evidence(study, kind) if (r["scene"], r["way"]) == (scene, how)}
+    return find(evidence(study, kind), "efficiency", scene=scene, way=how)
 
 
-def modelled(scene, study, how="spatial direct", column="efficiency"):
-    """{processes: a number of model.csv}; how: `spatial direct`, `spatial swarm` or `pool`."""
-    return {r["processes"]: r[column] for r in rows("model.csv") if (r["scene"], r["study"], r["way"]) == (scene, study, how)}
+def modelled(scene, study, how=DIRECT, column="efficiency"):
+    """{processes: what the full model says}"""
+    return find("model", column, scene=scene, study=study, way=how)
 
 
 def pairs(kind):
-    """For each run on two processes of which wall time and this class are known: way, particles a process, and measured
-    efficiency over that of the class, and measured time over that of the class."""
+    """For each run on two processes of which wall time and this class are known: way, particles a process, and measured over
+    what the class says, of the efficiency and of the time."""
     if kind.endswith("simulation"):
-        some, mode = rows("simulated/validate.csv"), kind.split()[0]
-        one = {(r["scene"], r["particles"]): r for r in some if r["ranks"] == 1}
+        some, mode = rows("simulated/validate"), kind.split()[0]
+        alone = {(r["scene"], r["particles"]): r["real"] / r[mode] for r in some if r["ranks"] == 1}
         for r in (r for r in some if r["ranks"] == 2):
-            alone = one[r["scene"], r["particles"]]
-            e = alone["real"] / r["real"] / (alone[mode] / r[mode])
-            yield {"way": way(r), "share": r["particles"] / 2, "efficiency": e, "time": r["real"] / r[mode]}
+            time = r["real"] / r[mode]
+            yield way(r), r["particles"] / 2, alone[r["scene"], r["particles"]] / time, time
         return
     for study in ("strong", "weak"):
-        known = {(r["scene"], r["way"]): r for r in runs(study, "measured") if r["processes"] == 2}
-        for r in (r for r in runs(study, kind) if r["processes"] == 2):
-            m = known[r["scene"], r["way"]]
-            yield {"way": r["way"], "share": r["particles"] / 2, "efficiency": m["efficiency"] / r["efficiency"], "time": m["seconds"] / r["seconds"]}
-
-
-def title(scene):
-    return SCENES[scene].title
+        measured, said = ({(r["scene"], r["way"]): r for r in evidence(study, k) if r["processes"] == 2} for k in ("measured", kind))
+        for key, r in said.items():
+            yield key[1], r["particles"] / 2, measured[key]["efficiency"] / r["efficiency"], measured[key]["seconds"] / r["seconds"]

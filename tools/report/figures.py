@@ -9,7 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import data  # noqa: E402 (after the choice of the backend)
 import matplotlib.pyplot as plt  # noqa: E402
-from data import BOXES, DIRECT, POOL, SCENES, title  # noqa: E402
+from data import BOXES, DIRECT, POOL, SCENES, WAYS  # noqa: E402
 
 sys.path.insert(0, os.path.join(data.ROOT, "tools", "scaling"))
 import plots  # noqa: E402
@@ -24,41 +24,23 @@ MARKS = {
 STYLE = plots.STYLE | {"font.size": 9.5, "mathtext.fontset": "cm", "lines.linewidth": 1.2, "lines.markersize": 4.5}
 
 
-def known(study, scene):
-    """[(way, class, {processes: efficiency})] of a scene."""
-    found = [(how, kind, data.efficiency(scene, study, kind, how)) for kind in MARKS for how in data.WAYS]
-    if study == "weak":
-        found += [(how, "injected simulation", data.efficiency(scene, "weak-large", "injected simulation", how)) for how in data.WAYS]
-    return [(how, kind, {p: e for p, e in points.items() if p > 1}) for how, kind, points in found]
-
-
-def efficiency(path, study, names, columns, ticks, lines):
-    """Efficiency against processes, a panel for each scene; lines: {scene: closed form of spatial decomposition} beside the known ones."""
+def efficiency(path, studies, names, columns, ticks, lines=None):
+    """Efficiency against processes, a panel for each scene; lines: {scene: closed form of spatial decomposition}, for more processes."""
     figure, axes = plt.subplots(len(names) // columns, columns, figsize=(7.6, 1 + 2.4 * len(names) // columns), sharey=True, layout="constrained", squeeze=False)
     for at, s in zip(axes.flat, names):
-        of = [(DIRECT, "closed form", lines[s])] if s in lines else []
-        for how, kind, points in [c for c in known(study, s) if c[2] and not (of and c[:2] == of[0][:2])] + of:
-            at.plot(*zip(*sorted(points.items())), color=plots.COLOURS[how], **MARKS[kind])
+        for kind, how, study in ((kind, how, study) for kind in MARKS for how in WAYS for study in studies):
+            points = lines[s] if lines and (how, kind) == (DIRECT, "closed form") else data.efficiency(s, study, kind, how)
+            at.plot(*zip(*sorted((p, e) for p, e in points.items() if p > 1)), color=plots.COLOURS[how], **MARKS[kind])
         at.set_xscale("log", base=2)
         at.set_xticks(ticks, [f"{v:,}".replace(",", " ") if v < 1e5 else f"$10^{{{len(str(v)) - 1}}}$" for v in ticks])
         at.minorticks_off()
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
-        at.set(title=title(s), xlabel="processes", ylim=(0, 1.15))
-    for at in axes[:, 0]:
-        at.set(ylabel="efficiency")
-    handles = [plt.Rectangle((0, 0), 1, 1, color=plots.COLOURS[w], label=w) for w in data.WAYS]
+        at.set(title=SCENES[s].title, xlabel="processes", ylim=(0, 1.15))
+    figure.supylabel("efficiency", fontsize="medium")
+    handles = [plt.Rectangle((0, 0), 1, 1, color=plots.COLOURS[w], label=w) for w in WAYS]
     handles += [plt.Line2D([], [], color="0.3", label=label, **style) for label, style in MARKS.items()]
     figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4)
     plots.save(figure, path)
-
-
-def strong(path):
-    efficiency(path, "strong", list(SCENES), 3, data.PROCESSES, {})
-
-
-def weak(path):
-    lines = {s: {2**k: data.short(s).efficiency(data.WEAK, 2**k) for k in range(21)} for s in BOXES}
-    efficiency(path, "weak", BOXES, 2, (1, 8, 64, 1024, 32768, 1000000), lines)
 
 
 def pool(path):
@@ -72,7 +54,7 @@ def pool(path):
             at.loglog(costs, [d.speedup(total, p, i[p]) for d in dear], style, color=plots.COLOURS[DIRECT], label=f"{DIRECT}; {p} processes")
             at.loglog(costs, [d.pool(p) for d in dear], style, color=plots.COLOURS[POOL], label=f"{POOL}; {p} processes")
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
-        at.set(title=title(s), xlabel="cost added to the law, ns a particle and step")
+        at.set(title=SCENES[s].title, xlabel="cost added to the law, ns a particle and step")
         at.set_yticks((1, 2, 4, 8, 16, 32), map(str, (1, 2, 4, 8, 16, 32)))
         at.minorticks_off()
     axes[0].set_ylabel("speed-up (closed form)")
@@ -81,7 +63,9 @@ def pool(path):
 
 
 def draw(folder):
+    lines = {s: {2**k: data.short(s).efficiency(data.WEAK, 2**k) for k in range(21)} for s in BOXES}
     with plt.style.context(["default", STYLE]):
-        for make in (strong, weak, pool):
-            make(os.path.join(folder, f"report-{make.__name__}.png"))
+        efficiency(os.path.join(folder, "report-strong.png"), ["strong"], list(SCENES), 3, data.PROCESSES)
+        efficiency(os.path.join(folder, "report-weak.png"), ["weak", "weak-large"], BOXES, 2, (1, 8, 64, 1024, 32768, 1000000), lines)
+        pool(os.path.join(folder, "report-pool.png"))
     plots.draw(os.path.join(data.FOLDER[0], "scaling"), folder)

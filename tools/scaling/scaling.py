@@ -13,7 +13,7 @@ The machine has fewer cores than the processes that are asked for, so a run on m
 There are two studies: strong (the same scene on all numbers of processes) and weak (about 16,384 particles a process), with spatial
 decomposition (particles migrate `direct`; some runs also by `swarm`) and with the pool, in the patches that the model finds best
 on 8 processes. In each, all runs of a scene must give the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
-has predicted over measured for every scene of options/ on 1 and 2 processes, in short runs in turns with the calibration; `users`
+has predicted over measured for every scene of options/ with explicit steps on 1 and 2 processes, in short runs in turns with the calibration; `users`
 has the same for whole runs that are started one by one, as users start them; `lengths` has runs ten times as long as those of strong.
 
 The program writes docs/data/scaling/*.csv and docs/scaling-*.png; its exit status is 1 when digests or counts differ or a run
@@ -253,13 +253,21 @@ def count(args, results):
 
 # ---- Validation
 
+def timed(args):
+    """The scenes of options/ that a calibration times: those whose steps are explicit."""
+    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
+        with open(path) as file:
+            if "-method_time" not in file.read():
+                yield path
+
+
 def validation(args, results):
     """Compares predicted with measured steps. The calibration itself times first steps of the scene, on one process and on all, and
     says what its constants give for them."""
     print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
           "  predicted  ratio")
     new = []
-    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
+    for path in timed(args):
         name, found = os.path.basename(path)[:-5], {1: [], 2: []}
         try:
             for _ in range(args.repeats):
@@ -291,7 +299,7 @@ def validation(args, results):
 def users(args, results):
     """Compares predicted with measured steps of whole runs, started one by one after one calibration of each scene: what a user sees."""
     print("\nwhole runs, one by one\n  scene       processes    ms/step  predicted  ratio")
-    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
+    for path in timed(args):
         name = os.path.basename(path)[:-5]
         try:
             model = runs.calibrate(args, "users-" + name, 2, ["-options_file", path, "-output_format", "none"])

@@ -1,0 +1,196 @@
+/* unlikely_formulas.c - the rows of plausible.def of formulas of time: loads, walls, -acceleration, rigid bodies. They are looked at all over
+   the body that they act on, at times within the run and far beyond it. */
+#include <ctype.h>
+#include <strings.h>
+#include "advice/unlikely.h"
+
+#define STEPS  64 /* time steps for which a formula is looked at */
+#define TIMES  64 /* times in a part of the run */
+#define PLACES 5  /* on each axis of a body */
+
+PetscInt MPMUnlikelyFormulas(const MPMLook *look)
+{
+  return look->scene->nloads + 7 + 2 * look->scene->nshapes;
+}
+
+MPMFormula MPMUnlikelyFormula(const MPMLook *look, PetscInt k)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim = look->core->grid.dim, face = k - scene->nloads, rigid = face - 7;
+
+  if (face < 0) return (MPMFormula){scene->loads[k].value, scene->loads[k].nc, scene->loads[k].body, "load", scene->loads[k].name, "_value"};
+  if (face < 6) return (MPMFormula){scene->wall_velocity[face], scene->wall_along[face] ? 1 : dim, -1, "bc", MPMFaceNames[face], "_velocity"};
+  if (face == 6) return (MPMFormula){scene->acceleration, dim, -1, "acceleration", NULL, ""};
+  if (scene->bodies[scene->nbodies + rigid / 2].rigid != MPM_RIGID_MOVING) return (MPMFormula){NULL, 0, -1, "", NULL, ""};
+  if (rigid % 2) return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].spin, dim == 3 ? 3 : 1, -1, "body", scene->bodies[scene->nbodies + rigid / 2].name, "_spin"};
+  return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].velocity, dim, -1, "body", scene->bodies[scene->nbodies + rigid / 2].name, "_velocity"};
+}
+
+/* Returns the largest size of a formula at n times after t, every so many s, anywhere; or below 0 where it is not finite. *least: the
+   smallest of those at a time. */
+static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, PetscReal every, PetscInt n, PetscReal *least)
+{
+  const PetscInt   dim = look->core->grid.dim, places = dim == 1 ? PLACES : dim == 2 ? PLACES * PLACES : PLACES * PLACES * PLACES;
+  const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body], *upper = f->body < 0 ? look->highest : look->upper[f->body];
+  PetscReal        most = 0;
+
+  *least = PETSC_MAX_REAL;
+  for (PetscInt k = 0; k < n; k++) {
+    PetscReal now = 0;
+
+    for (PetscInt j = 0; j < places; j++) {
+      const PetscInt at[] = {j % PLACES, j / PLACES % PLACES, j / (PLACES * PLACES)};
+      PetscReal      x[3] = {0}, value[9] = {0}, size2 = 0;
+
+      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / PLACES;
+      if (MPMExpressionEvaluate(f->value, dim, x, x, t + every * (PetscReal)k, value)) return -1;
+      for (PetscInt c = 0; c < f->nc; c++) size2 += value[c] * value[c];
+      if (!(size2 < PETSC_MAX_REAL)) return -1;
+      now = PetscMax(now, PetscSqrtReal(size2));
+    }
+    most   = PetscMax(most, now);
+    *least = PetscMin(*least, now);
+  }
+  return most;
+}
+
+PetscReal MPMUnlikelySize(const MPMLook *look, const MPMFormula *f)
+{
+  PetscReal least;
+
+  return f->value ? PetscMax(0, Most(look, f, look->core->stages.began, (look->time->end - look->core->stages.began) / 16, 17, &least)) : 0;
+}
+
+PetscBool MPMUnlikelySteady(const MPMLook *look, const MPMFormula *f)
+{
+  PetscReal       least;
+  const PetscReal most = Most(look, f, 0.01 * look->time->end, 0.99 * look->time->end / TIMES, TIMES + 1, &least);
+
+  return most > 0 && least > (1 - 1e-9) * most ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
+{
+  const MPMFormula f = MPMUnlikelyFormula(look, k);
+  MPMOdd           odd;
+  const char      *at;
+
+  if (!f.value || !MPMUnlikelyGiven(f.group, f.name, f.word, &odd)) return PETSC_FALSE;
+  at = strchr(odd.value, 't');
+  while (at && (isalpha((unsigned char)at[1]) || (at > odd.value && isalpha((unsigned char)at[-1])))) at = strchr(at + 1, 't');
+  return at || MPMExpressionTables(f.value) > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns formula k, where it is one of t that was given and the run lasts; writes what was given. */
+static MPMFormula Given(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  MPMFormula f = MPMUnlikelyFormula(look, k);
+
+  if (!(look->time->end > look->core->t) || !MPMUnlikelyChanges(look, k) || !MPMUnlikelyGiven(f.group, f.name, f.word, odd)) f.value = NULL;
+  return f;
+}
+
+PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f = MPMUnlikelyFormula(look, k);
+  PetscReal        least;
+  MPMOdd           spin;
+
+  if (!f.value || k < look->scene->nloads || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
+  if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin)) return PETSC_FALSE;
+  odd->ratio = Most(look, &f, 0, look->time->end / TIMES, TIMES, &least);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", !strcmp(f.group, "bc") ? "the wall does not move: write fixed" : f.name ? "the body does not move: write -body_<b>_rigid fixed" : "leave it out");
+  return odd->ratio == 0 ? MPMUnlikelyGiven(f.group, f.name, f.word, odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f    = Given(look, k, odd);
+  const PetscReal  last = MPMExpressionTables(f.value), end = MPMUnlikelyEnd(look);
+
+  MPMUnlikelyWrite(odd->value, last);
+  MPMUnlikelyWrite(odd->other, end);
+  odd->ratio = last / end;
+  return end > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_formula_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f  = Given(look, k, odd);
+  const PetscReal  dt = look->core->implicit ? look->time->fixed : look->dt;
+  PetscReal        x[3] = {0}, was[3] = {0}, most = 0, change[STEPS];
+  PetscInt         n = 0;
+
+  if (!f.value || !(dt > 0)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    x[d] = 0.5 * (f.body < 0 ? look->lowest[d] + look->highest[d] : look->lower[f.body][d] + look->upper[f.body][d]);
+  for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
+    const PetscReal part = 0.618 * (PetscReal)j, t = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
+    PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
+
+    if (MPMExpressionEvaluate(f.value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;
+    for (PetscInt c = 0; c < f.nc; c++) {
+      size2 += value[c] * value[c];
+      moved2 += PetscSqr(value[c] - was[c]);
+      was[c] = value[c];
+    }
+    most = PetscMax(most, PetscSqrtReal(size2));
+    if (j) change[j - 1] = PetscSqrtReal(moved2);
+  }
+  for (PetscInt j = 0; j < STEPS; j++) n += change[j] > 0.5 * most;
+  odd->ratio = (PetscReal)n / STEPS;
+  MPMUnlikelyWrite(odd->other, dt);
+  return PETSC_TRUE;
+}
+
+/* A formula with a bound, as of a ramp or a wave, that is far from it until the end of the run. */
+PetscBool MPMUnlikely_formula_slow(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f   = Given(look, k, odd);
+  const PetscReal  end = MPMUnlikelyEnd(look);
+  PetscReal        now, later, last, least;
+
+  if (!f.value) return PETSC_FALSE;
+  now   = Most(look, &f, 0, end / TIMES, TIMES + 1, &least);
+  later = Most(look, &f, end, 31.4159 * end, TIMES, &least); /* until 2000 times as late */
+  last  = Most(look, &f, end, 3141.59 * end, TIMES, &least);
+  if (!(now >= 0 && later > 0 && last > 0 && last < 1.1 * later)) return PETSC_FALSE;
+  odd->ratio = now / last;
+  MPMUnlikelyWrite(odd->other, end);
+  return PETSC_TRUE;
+}
+
+/* A formula that grows within the first step alone. */
+PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f  = Given(look, k, odd);
+  const PetscReal  dt = look->core->implicit ? look->time->fixed : look->dt, end = look->time->end;
+  PetscReal        start, least, most;
+
+  if (!f.value || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) || end < 10 * dt) return PETSC_FALSE;
+  start = Most(look, &f, 0, 0, 1, &least);
+  most  = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
+  odd->ratio = most > 0 && least > (1 - 1e-9) * most && start >= 0 && start < 0.5 * most ? 1 : 0;
+  MPMUnlikelyWrite(odd->other, dt);
+  return PETSC_TRUE;
+}
+
+/* A formula of a later stage that only changed before it. */
+PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f     = Given(look, k, odd);
+  const PetscReal  began = look->core->stages.began, end = look->time->end;
+  PetscReal        least, most, before, was;
+  char             stage[MPM_WORDS];
+  MPMOdd           own;
+
+  if (!f.value || look->core->stages.now < 2 || !(began > 0)) return PETSC_FALSE;
+  (void)snprintf(stage, sizeof stage, "%.40s_%.40s%s%.40s%s", look->scene->stages[look->core->stages.now - 1], f.group, f.name ? "_" : "", f.name ? f.name : "", f.word);
+  if (!MPMUnlikelyGiven("stage", stage, "", &own)) return PETSC_FALSE;
+  most   = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
+  before = Most(look, &f, 0, began / TIMES, TIMES, &was);
+  odd->ratio = most > 0 && least > (1 - 1e-9) * most && before >= 0 && was < 0.9 * most ? 1 : 0;
+  MPMUnlikelyWrite(odd->other, began);
+  (void)snprintf(odd->option, MPM_WORDS, "%s", own.option);
+  return PETSC_TRUE;
+}

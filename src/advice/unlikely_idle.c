@@ -1,0 +1,223 @@
+/* unlikely_idle.c - the rows of plausible.def of options that change nothing, and of what is there twice. */
+#include <strings.h>
+#include "advice/unlikely.h"
+
+/* Finds an option of this stage whose value is that of before; those of time_* hold for their stage alone. */
+PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  char           *text = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], own[MPM_TEXT_LEN];
+  const char     *option;
+
+  if (k || look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
+  for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
+    char before[MPM_TEXT_LEN] = "";
+
+    (void)snprintf(own, sizeof own, "%s", value);
+    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) != look->core->stages.now - 1 || !strncasecmp(option, "time", 4) || !strcasecmp(option, "remove")) continue;
+    for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
+      char other[4 * MPM_NAME_LEN];
+
+      (void)snprintf(other, sizeof other, s < 0 ? "-%.0s%.120s" : "-stage_%s_%.120s", s < 0 ? "" : scene->stages[s], option);
+      if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, sizeof before, "true");
+    }
+    if (!own[0]) (void)snprintf(own, sizeof own, "true");
+    if (strcasecmp(before[0] ? before : "false", own)) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->option, MPM_WORDS, "%.150s", name);
+    (void)snprintf(odd->value, MPM_WORDS, "%.150s", own);
+  }
+  (void)PetscFree(text);
+  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* How far a body may come until the end, m, from where it starts. */
+static PetscReal Reach(const MPMLook *look, PetscInt b)
+{
+  const MPMBody  *body = &look->scene->bodies[b];
+  const PetscReal t    = look->time->end, size = MPMUnlikelyExtent(look, body->material, -1);
+
+  return PetscSqrtReal(body->v2) * t + 0.5 * look->g * t * t + (look->scene->materials[body->material].type->traits & MPM_LOOSE ? 5 : 0.3) * size;
+}
+
+/* Is anything but gravity there that moves bodies which are at rest at the start? */
+static PetscBool IsDriven(const MPMLook *look)
+{
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+    if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_TRUE;
+  return look->scene->forced || look->scene->known || look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid   = &look->core->grid;
+  PetscReal       speed  = 0;
+  const PetscInt  nb     = look->scene->nbodies;
+
+  if (k || nb < 2 || IsDriven(look) || !(MPMUnlikelyGiven("contact_mu", NULL, "", odd) || MPMUnlikelyGiven("contacts", NULL, "", odd))) return PETSC_FALSE;
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt b = 0; b < nb; b++) {
+    if (look->way[b].alone) return PETSC_FALSE; /* which is told */
+    if (look->scene->bodies[b].source.on) return PETSC_FALSE;
+    speed = PetscMax(speed, look->scene->bodies[b].v2);
+  }
+  for (PetscInt a = 0; a < nb; a++)
+    for (PetscInt b = 0; b < a; b++) {
+      PetscReal gap = 0;
+
+      for (PetscInt d = 0; d < grid->dim; d++)
+        if (!grid->periodic[d]) gap = PetscMax(gap, PetscMax(look->lower[b][d] - look->upper[a][d], look->lower[a][d] - look->upper[b][d]));
+      odd->ratio = PetscMin(odd->ratio, (gap - Reach(look, a) - Reach(look, b)) / MPMGridSmallestH(grid));
+    }
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = k / 2;
+  const PetscReal gap  = k % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+
+  if (look->scene->walls.given[d][k % 2].type != MPM_WALL_moving || look->scene->forced || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (look->scene->bodies[b].source.on || gap < Reach(look, b)) return PETSC_FALSE;
+  odd->ratio = gap / grid->h[d];
+  return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
+}
+
+PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  (void)k;
+  if (!MPMDampingIsOn(look->core) || !(look->g > 0) || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscInt  d    = face / 2;
+      const PetscReal room = face % 2 ? grid->upper[d] - look->upper[b][d] : look->lower[b][d] - grid->lower[d];
+
+      if (d == look->down || grid->periodic[d] || (grid->round && !face) || room < grid->h[d] || !(look->scene->materials[look->scene->bodies[b].material].type->traits & MPM_FLUID))
+        continue;
+      odd->ratio = 1;
+      (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+    }
+  return odd->ratio > 0 ? MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_hold_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  if (!MPMUnlikelyNumber("time_rest_hold", NULL, "", odd, &odd->ratio) || !(look->time->end > look->core->t)) return PETSC_FALSE;
+  odd->ratio /= look->time->end - look->core->t;
+  MPMUnlikelyWrite(odd->other, look->time->end - look->core->t);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_ramp_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  if (!MPMUnlikelyNumber("gravity_ramp", NULL, "", odd, &odd->ratio) || !(look->time->end > 0)) return PETSC_FALSE;
+  odd->ratio /= MPMUnlikelyEnd(look);
+  MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
+  MPMUnlikelyWrite(odd->meant, 1 / odd->ratio);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_solves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  odd->ratio = look->core->implicit ? look->steps : 0;
+  return MPMUnlikelyGiven("dt_size", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_leave_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+    if (look->scene->walls.given[face / 2][face % 2].type == MPM_WALL_free) return PETSC_FALSE;
+  odd->ratio = 1;
+  return look->core->params.deletes ? MPMUnlikelyGiven("particles_leave", NULL, "", odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_ppc_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (look->core->grid.dim == 1 || b->points) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, (PetscReal)b->ppc[d]);
+  return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
+}
+
+PetscBool MPMUnlikely_fluid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = &look->scene->bodies[k];
+  const MPMMaterial *m = &look->scene->materials[b->material];
+
+  if (!(m->type->traits & MPM_FLUID) || b->v2 > m->K / m->rho) return PETSC_FALSE; /* which is told */
+  odd->ratio = PetscSqrtReal(b->v2 * m->rho / m->K);
+  MPMUnlikelyWrite(odd->meant, 100 * m->rho * b->v2);
+  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_K", m->name);
+  return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
+}
+
+PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+
+  if (load->type != MPM_LOAD_TRACTION || MPMUnlikelyGiven("load", load->name, "_face", odd)) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  static const char *const options[] = {"_body", "_type", "_value", "_face", "_where", "_point"};
+
+  for (PetscInt l = 0; l < k; l++) {
+    size_t same = 0;
+
+    for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
+      MPMOdd          a = {0}, b = {0};
+      const PetscBool one = MPMUnlikelyGiven("load", look->scene->loads[k].name, options[j], &a), two = MPMUnlikelyGiven("load", look->scene->loads[l].name, options[j], &b);
+
+      same += one == two && (!one || !strcasecmp(a.value, b.value));
+    }
+    if (same < sizeof options / sizeof options[0]) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->loads[l].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "%s", look->scene->loads[k].name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
+  PetscReal      lower[3], upper[3], size = 0, far = 0;
+
+  if (b->rigid != MPM_RIGID_MOVING || !b->spin || !MPMUnlikelyGiven("body", b->name, "_pivot", odd)) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    size = PetscMax(size, upper[d] - lower[d]);
+    far  = PetscMax(far, PetscMax(lower[d] - b->pivot[d], b->pivot[d] - upper[d]));
+  }
+  odd->ratio = far / size;
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  (void)k;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    const MPMSource *s = &look->scene->bodies[b].source;
+
+    if (!s->on || s->layers > 2) continue;
+    odd->ratio = (PetscReal)s->layers;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+    return MPMUnlikelyGiven("source", look->scene->bodies[b].name, "_to", odd);
+  }
+  return PETSC_FALSE;
+}

@@ -1,0 +1,366 @@
+/* unlikely_ways.c - the rows of plausible.def of the ways of bodies. Before a body meets anything it moves with the velocity of its start
+   and the acceleration of gravity; a rigid one may move by formulas. From these ways follows whether it meets another body or
+   a wall until the end of the run, or leaves the grid. What happens after that is not looked at. */
+#include "advice/unlikely.h"
+#include "physics/rigid.h"
+
+#define PARTS  200 /* of the time of the run, in which the ways are looked at */
+#define NEAR   1   /* cells: bodies share nodes from there on, */
+#define AT     0.1 /* and walls that only push act on what arrives at them */
+#define ALL    7   /* axes */
+#define PLACES 5   /* on each axis of a body, at which its velocity is looked at */
+
+/* A body, its box at the start, how far it has come, m; is it held, or at rest on something? Then along which axes (bits). */
+typedef struct {
+  const MPMBody *body;
+  PetscBool      rigid;
+  PetscInt       held;
+  PetscReal      lower[3], upper[3], way[PARTS + 1][3];
+} Thing;
+
+/* Returns the mean velocity of a body at the start, m/s; 0 where it only turns or vibrates. */
+static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscReal mean[3])
+{
+  const PetscInt n = dim == 1 ? PLACES : dim == 2 ? PLACES * PLACES : PLACES * PLACES * PLACES;
+  PetscReal      spread = 0, size = 0;
+
+  mean[0] = mean[1] = mean[2] = 0;
+  for (int round = 0; round < 2 && b->velocity; round++)
+    for (PetscInt j = 0; j < n; j++) {
+      const PetscInt at[] = {j % PLACES, j / PLACES % PLACES, j / (PLACES * PLACES)};
+      PetscReal      x[3] = {0}, v[9] = {0};
+
+      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / PLACES;
+      if (MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v)) return;
+      for (PetscInt d = 0; d < dim && !round; d++) mean[d] += v[d] / (PetscReal)n;
+      for (PetscInt d = 0; d < dim && round; d++) spread = PetscMax(spread, PetscAbsReal(v[d] - mean[d]));
+    }
+  for (PetscInt d = 0; d < dim; d++) size = PetscMax(size, PetscAbsReal(mean[d]));
+  if (spread > 3 * size) mean[0] = mean[1] = mean[2] = 0;
+}
+
+/* Sets the ways of a body that nothing holds. */
+static void Go(const MPMLook *look, Thing *t)
+{
+  const PetscInt  dim   = look->core->grid.dim;
+  const PetscReal part  = look->time->end / PARTS;
+  const PetscBool falls = t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_FALSE : PETSC_TRUE;
+  PetscReal       v[9] = {0};
+
+  if (t->body->rigid != MPM_RIGID_MOVING) Mean(t->body, dim, t->lower, t->upper, v);
+  for (PetscInt k = 1; k <= PARTS; k++) {
+    const PetscReal time = part * (PetscReal)k, x[3] = {0};
+
+    if (t->body->rigid == MPM_RIGID_MOVING && t->body->velocity && MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v)) return;
+    for (PetscInt d = 0; d < dim; d++)
+      t->way[k][d] = t->held >> d & 1 ? 0 : t->way[k - 1][d] + part * v[d] + (falls ? look->core->params.gravity[d] * part * (time - 0.5 * part) : 0);
+  }
+}
+
+/* Returns how many cells two bodies are apart after k parts of the time. */
+static PetscReal Apart(const MPMGrid *grid, const Thing *a, const Thing *b, PetscInt k)
+{
+  PetscReal gap = 0;
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal way = b->way[k][d] - a->way[k][d];
+
+    if (!grid->periodic[d]) gap = PetscMax(gap, PetscMax(b->lower[d] + way - a->upper[d], a->lower[d] - b->upper[d] - way) / grid->h[d]);
+  }
+  return gap;
+}
+
+/* Returns how many cells a body is from a face, or from the plane of its piston. */
+static PetscReal Before(const MPMLook *look, const Thing *t, PetscInt face, PetscInt k)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = face / 2;
+  const PetscReal way  = t->way[k][d];
+
+  return ((face % 2 ? grid->upper[d] - t->upper[d] - way : t->lower[d] + way - grid->lower[d]) - look->scene->walls.place[face]) / grid->h[d];
+}
+
+/* Returns whether a wall acts on what moves from one place to another beside it. */
+static PetscBool Holds(MPMWall type, PetscReal toward)
+{
+  return MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ||
+                 (MPMWallHas(type, MPM_WALL_NORMAL) && (toward > 0 || !MPMWallHas(type, MPM_WALL_PUSHES)))
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+static PetscBool IsNear(MPMWall type, PetscReal gap)
+{
+  return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by another body that is held. */
+static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
+{
+  const MPMGrid *grid = &look->core->grid;
+  PetscBool      more = PETSC_TRUE;
+
+  for (PetscInt k = 0; k < n; k++) {
+    Thing *t = &thing[k];
+
+    if (t->rigid && t->body->rigid != MPM_RIGID_FREE) continue;
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscReal sign = face % 2 ? 1 : -1, toward = PetscMax(sign * t->way[1][face / 2], sign * look->core->params.gravity[face / 2]);
+
+      const MPMWall type = look->scene->walls.given[face / 2][face % 2].type;
+
+      if (IsNear(type, Before(look, t, face, 0)) && Holds(type, toward)) t->held |= MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ? ALL : 1 << face / 2;
+    }
+  }
+  while (more) {
+    more = PETSC_FALSE;
+    for (PetscInt k = 0; k < n * n; k++) {
+      const Thing *by = &thing[k / n];
+      Thing       *t  = &thing[k % n];
+
+      if (by == t || t->held == ALL || (t->rigid && t->body->rigid != MPM_RIGID_FREE) || !(by->held || (by->rigid && by->body->rigid != MPM_RIGID_FREE)) || Apart(grid, by, t, 0) >= NEAR)
+        continue;
+      t->held = ALL;
+      more    = PETSC_TRUE;
+    }
+  }
+}
+
+/* Follows body k until it meets something or leaves the grid. */
+static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscInt k, MPMWay *w)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const Thing   *t    = &thing[k];
+  PetscReal      moved = 0;
+
+  w->face = -1;
+  w->gap  = PETSC_MAX_REAL;
+  for (PetscInt d = 0; d < grid->dim; d++) moved += PetscSqr(t->way[PARTS][d] / grid->h[d]);
+  if (!(moved > 0) || t->body->source.on || t->body->removed) return;
+  w->moved = PetscSqrtReal(moved);
+  for (PetscInt p = 0; p <= PARTS; p++) {
+    for (PetscInt j = 0; j < n; j++) {
+      PetscReal relative = 0, gap;
+
+      for (PetscInt d = 0; d < grid->dim; d++) relative += PetscSqr((thing[j].way[PARTS][d] - t->way[PARTS][d]) / grid->h[d]);
+      gap = j == k ? PETSC_MAX_REAL : Apart(grid, t, &thing[j], p);
+      if (gap < w->gap) (void)snprintf(w->nearest, MPM_WORDS, "%s", thing[j].body->name);
+      w->gap = PetscMin(w->gap, gap);
+      if (gap < NEAR && relative > 1e-12 * moved) return;
+    }
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscInt  d    = face / 2, next = PetscMin(PARTS, p + 1);
+      const MPMWall   type = look->scene->walls.given[d][face % 2].type;
+      const PetscReal gap = Before(look, t, face, p), toward = (face % 2 ? 1 : -1) * (t->way[next][d] - t->way[next - 1][d]);
+
+      if (grid->periodic[d] || (grid->round && !face)) continue;
+      if (type == MPM_WALL_free && gap < -0.5 && !t->rigid) {
+        w->face = face;
+        w->t    = look->time->end * (PetscReal)p / PARTS;
+        return;
+      }
+      if (type == MPM_WALL_free || !(toward > 0)) continue;
+      if (gap < w->gap) (void)snprintf(w->nearest, MPM_WORDS, "the wall %s", MPMFaceNames[face]);
+      w->gap = PetscMin(w->gap, gap);
+      if (IsNear(type, gap)) return;
+    }
+  }
+  w->alone = PETSC_TRUE;
+}
+
+PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim   = look->core->grid.dim;
+  PetscBool       flows = PETSC_FALSE;
+  Thing          *thing;
+  PetscInt        n = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->nbodies + scene->nshapes, &thing));
+  PetscCall(PetscArrayzero(thing, scene->nbodies + scene->nshapes));
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
+    Thing *t = &thing[n];
+
+    way[k].face = -1;
+    if (k < scene->nbodies && scene->bodies[k].source.on) flows = PETSC_TRUE;
+    if (scene->bodies[k].removed || (k >= scene->nbodies && scene->bodies[k].rigid == MPM_RIGID_NONE)) continue;
+    t->body  = &scene->bodies[k];
+    t->rigid = k >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
+    if (t->rigid) MPMRegionBounds(&t->body->region, dim, t->lower, t->upper);
+    for (PetscInt d = 0; d < dim && !t->rigid; d++) {
+      t->lower[d] = look->lower[k][d];
+      t->upper[d] = look->upper[k][d];
+    }
+    way[k].thing = n++;
+  }
+  if (!flows && !scene->forced && !scene->known && !scene->initial && !look->core->implicit && !look->core->grid.total &&
+      !look->core->step && look->time->end > 0 && look->time->max_steps == PETSC_MAX_INT) {
+    for (PetscInt k = 0; k < n; k++) Go(look, &thing[k]);
+    Hold(look, n, thing);
+    for (PetscInt k = 0; k < n; k++) {
+      PetscCall(PetscArrayzero(thing[k].way, PARTS + 1));
+      Go(look, &thing[k]);
+    }
+    for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++)
+      if (thing[way[k].thing].body == &scene->bodies[k]) Follow(look, n, thing, way[k].thing, &way[k]);
+  }
+  PetscCall(PetscFree(thing));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the option that moves a body: its velocity, or gravity. */
+static PetscBool Moves(const MPMLook *look, const MPMBody *b, MPMOdd *odd)
+{
+  return MPMUnlikelyGiven("body", b->name, "_velocity", odd) || (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd)) ? PETSC_TRUE
+                                                                                                                        : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMWay *w = &look->way[k];
+
+  if (w->face < 0 || look->core->params.deletes) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "the open face %s at t = %.3g s", MPMFaceNames[w->face], (double)w->t);
+  return Moves(look, &look->scene->bodies[k], odd);
+}
+
+/* What body k, among all, is alone on its way, though there is something that it may be meant to meet. */
+static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMWay *w = &look->way[k];
+
+  if (!w->alone) return PETSC_FALSE;
+  odd->ratio = w->moved;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !w->nearest[0]; face++)
+    if (!(look->scene->walls.given[face / 2][face % 2].type == MPM_WALL_free || look->core->grid.periodic[face / 2]))
+      (void)snprintf(odd->meant, MPM_WORDS, "no wall is on its way");
+  if (w->nearest[0]) (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
+  return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return look->core->stages.n > 1 ? PETSC_FALSE : Alone(look, k, odd);
+}
+
+PetscBool MPMUnlikely_rigid_alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return look->core->stages.n > 1 ? PETSC_FALSE : Alone(look, look->scene->nbodies + k, odd);
+}
+
+/* Returns the face whose wall alone clamps body k, or -1. */
+static PetscInt Clamp(const MPMLook *look, PetscInt k)
+{
+  const MPMGrid *grid  = &look->core->grid;
+  PetscInt       clamp = -1;
+
+  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || look->core->grid.total ||
+      !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
+    return -1;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d   = face / 2;
+    const MPMWall   t   = look->scene->walls.given[d][face % 2].type;
+    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];
+
+    if (t == MPM_WALL_free || gap > 0.5 * grid->h[d]) continue;
+    if (clamp >= 0 || !MPMWallHas(t, MPM_WALL_TANGENT)) return -1;
+    clamp = face;
+  }
+  return clamp;
+}
+
+/* How far a solid that one wall clamps bends under its weight, over the room that the grid has below it: the deflection of the end of a
+   cantilever, twice as far where nothing damps it, and at most its length, and the way of a fall. */
+PetscBool MPMUnlikely_bends_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid     *grid = &look->core->grid;
+  const MPMBody     *b    = &look->scene->bodies[k];
+  const MPMMaterial *m    = &look->scene->materials[b->material];
+  const PetscInt     down = look->down, up = look->core->params.gravity[down] > 0;
+  PetscReal          length, high, bend, room;
+  const PetscInt     clamp = Clamp(look, k);
+
+  if (!(look->g > 0) || look->scene->walls.given[down][up].type != MPM_WALL_free || clamp < 0 || clamp / 2 == down) return PETSC_FALSE;
+  length = look->upper[k][clamp / 2] - look->lower[k][clamp / 2];
+  high   = look->upper[k][down] - look->lower[k][down];
+  bend   = 1.5 * m->rho * PetscAbsReal(look->core->params.gravity[down]) * PetscPowReal(length, 4) / (MPMUnlikelyModulus(m, PETSC_TRUE) * high * high);
+  if (!MPMDampingIsOn(look->core) && !look->core->implicit) bend *= 2;
+  bend = PetscMin(bend, 0.8 * length);
+  if (!look->core->implicit) bend = PetscMin(bend, 0.5 * look->g * look->time->end * look->time->end);
+  room       = PetscMax(up ? grid->upper[down] - look->upper[k][down] : look->lower[k][down] - grid->lower[down], 1e-3 * high);
+  odd->ratio = bend / room;
+  (void)snprintf(odd->other, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[clamp]);
+  (void)snprintf(odd->meant, MPM_WORDS, "%s bends by about %.2g m, and the grid ends %.2g m below it", b->name, (double)bend, (double)room);
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
+}
+
+PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid     *grid = &look->core->grid;
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
+  const PetscInt     b = load->body, clamp = Clamp(look, b), end = clamp < 0 ? -1 : clamp ^ 1;
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
+  PetscReal          force = MPMUnlikelySize(look, &f), length, size, bend, room, wide = 1, high = PETSC_MAX_REAL, toward, value[9] = {0}, x[3] = {0};
+  PetscInt           across = -1;
+
+  if (clamp < 0 || load->type == MPM_LOAD_TORQUE) return PETSC_FALSE;
+  length = look->upper[b][clamp / 2] - look->lower[b][clamp / 2];
+  for (PetscInt d = 0; d < grid->dim; d++) { /* it bends along the axis on which it is thinnest */
+    size = look->upper[b][d] - look->lower[b][d];
+    if (d == clamp / 2) continue;
+    if (size < high) high = size, across = d;
+    wide *= size;
+  }
+  wide /= high;
+  if (load->type == MPM_LOAD_FORCE)
+    force /= wide;
+  else if (load->sides == (PetscInt)1 << end && load->type == MPM_LOAD_TRACTION)
+    force *= high;
+  else if (load->type == MPM_LOAD_TRACTION || load->sides == (PetscInt)1 << 2 * across || load->sides == (PetscInt)1 << (2 * across + 1))
+    force *= 3. / 8 * length;
+  else
+    return PETSC_FALSE;
+  for (PetscInt d = 0; d < grid->dim; d++) x[d] = end == 2 * d ? look->lower[b][d] : end == 2 * d + 1 ? look->upper[b][d] : 0.5 * (look->lower[b][d] + look->upper[b][d]);
+  if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
+  toward = load->type != MPM_LOAD_PRESSURE ? value[across] : load->sides == (PetscInt)1 << 2 * across ? value[0] : -value[0];
+  if (toward == 0) return PETSC_FALSE;
+  bend = PetscMin(4 * force * PetscPowReal(length / high, 3) / MPMUnlikelyModulus(m, PETSC_TRUE), 0.8 * length);
+  room = toward > 0 ? grid->upper[across] - look->upper[b][across] : look->lower[b][across] - grid->lower[across];
+  odd->ratio = bend / PetscMax(room, grid->h[across]);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  MPMUnlikelyWrite(odd->meant, bend);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+
+  if (look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n || look->g > 0 || look->scene->acceleration || look->core->stages.n ||
+      load->type == MPM_LOAD_TORQUE || (load->type != MPM_LOAD_FORCE && load->sides & (load->sides - 1)))
+    return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+    if (look->scene->walls.given[face / 2][face % 2].type != MPM_WALL_free) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+PetscBool MPMUnlikely_end_soon(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody  *b    = &look->scene->bodies[k];
+  const PetscReal high = look->upper[k][look->down] - look->lower[k][look->down], fall = look->g > 0 ? PetscSqrtReal(2 * high / look->g) : 0;
+
+  if (!(fall > 0) || !(look->time->end > 0) || b->v2 > 0 || look->core->implicit || look->core->stages.n || look->core->step || look->scene->known || look->scene->forced ||
+      !(look->scene->materials[b->material].type->traits & MPM_LOOSE))
+    return PETSC_FALSE;
+  odd->ratio = look->time->end / fall;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  MPMUnlikelyWrite(odd->meant, fall);
+  return MPMUnlikelyGiven("time_end", NULL, "", odd);
+}
