@@ -226,6 +226,12 @@ def check_ends():
     check.that("; enlarge the grid (-grid_lower), close it by a wall (-bc_xmin_type), or choose an earlier -time_end" in gone.err, f"a free body that leaves the grid has a remedy: {gone.err.strip()}")
     gone = check.pebble("-options_file", check.write("gone.opts", STRIKES), *QUIET, "-body_disk_velocity", "-20,0", "-bc_xmin_type", "periodic", "-bc_xmax_type", "periodic")
     check.that(gone.status == 3 and re.search(r"the rigid body disk reaches 0\.\d+ m beyond the periodic face xmin at t=\S+ s; rigid bodies do not cross periodic faces: enlarge the grid", gone.err), f"a free body at a periodic face: {gone.err.strip()}")
+    lines = rest("-time_end 0.004", *box("ram", [0.8, 1.3], [2.2, 1.5], "rigid moving", "velocity 1e300,0"))
+    fast = check.pebble("-options_file", check.write("fast.opts", lines), *QUIET, "-bodies", "block,floor,ram")
+    check.that(fast.status == 3 and "the speed inf m/s of the rigid body ram limits it; see -body_ram_velocity and -body_ram_spin" in fast.err, f"a ram that is too fast for any step: {fast.err.strip()}")
+    fast = check.must("-options_file", check.write("fast.opts", lines), *QUIET, "-bodies", "block,floor,ram", "-body_ram_lower", "0.8,1.6", "-body_ram_upper", "1,1.7", "-body_ram_pivot", "0.9,1.65",
+                      "-body_ram_velocity", "0,0", "-body_ram_spin", "exp(600*t)", "-time_end", 0.018)
+    check.that(fast.find(r"dt has fallen to \S+ s at t=\S+ s, from \S+ s: the speed \S+ m/s of the rigid body (ram) limits it; about"), "a ram that shortens the step is named")
     lines = rest("-time_end 0.3", *box("ram", [0.8, 1.3], [2.2, 1.5], "rigid moving", 'velocity "0, 0.01/(t < 0.1)"'))
     nan = check.pebble("-options_file", check.write("nan.opts", lines), *QUIET, "-bodies", "block,floor,ram")
     check.that(nan.status == 3 and "-body_ram_velocity is not finite at t = 0.1" in nan.err, f"a formula that ends: {nan.err.strip()}")

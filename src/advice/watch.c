@@ -82,9 +82,21 @@ PetscErrorCode MPMWatchDestroy(MPMWatch *w, const MPMScene *scene)
 
 /* --- The time step and the rest ----------------------------------------------------------------------------------- */
 
-/* Finds what limits the time step: the fastest particle, or the body with the fastest wave. Collective on
-   exchange.data. */
-static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scene)
+/* Returns the rigid body that limits the time step dt, and writes it, or NULL. */
+static const char *FindRigid(MPMWatch *w, const MPMCore *core, PetscReal dt)
+{
+  PetscInt k;
+
+  (void)MPMRigidStep(core, (1 + 1e-6) * dt, &k);
+  if (k < 0) return NULL;
+  (void)snprintf(w->cause, sizeof w->cause, "the speed %.3g m/s of the rigid body %s",
+                 (double)MPMRigidSpeed(&core->rigids.body[k]), core->rigids.body[k].name);
+  return core->rigids.body[k].name;
+}
+
+/* Finds what limits the time step dt: a rigid body, the fastest particle, or the body with the fastest wave. Collective
+   on exchange.data. */
+static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scene, PetscReal dt)
 {
   const PetscBool wave  = core->status.c2 >= core->status.v2 ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt  dim   = core->grid.dim,
@@ -94,6 +106,7 @@ static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scen
   MPMBlock b;
 
   PetscFunctionBeginUser;
+  if (FindRigid(w, core, dt)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m     = core->params.materials + MPMKindOf(core->params.kinds, &view, p)->material;
@@ -132,7 +145,7 @@ PetscErrorCode MPMWatchStep(MPMWatch *w, MPMCore *core, const MPMScene *scene, c
   if (dt >= (told ? MPM_BOUND_collapse_again * w->told : MPM_BOUND_collapse * w->first))
     PetscFunctionReturn(PETSC_SUCCESS);
   w->told = dt;
-  PetscCall(FindCause(w, core, scene));
+  PetscCall(FindCause(w, core, scene, dt));
   if (told) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWarn(&core->print,
                     "dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are left",
@@ -143,7 +156,8 @@ PetscErrorCode MPMWatchStep(MPMWatch *w, MPMCore *core, const MPMScene *scene, c
 PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,
                              const MPMTime *time, PetscReal dt)
 {
-  MPMStatus at = core->status;
+  MPMStatus   at = core->status;
+  const char *rigid;
 
   PetscFunctionBeginUser;
   if (time->fixed > 0) {
@@ -152,7 +166,15 @@ PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
                    (double)dt);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(FindCause(w, core, scene));
+  rigid = FindRigid(w, core, dt);
+  if (rigid) {
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "the time step, %g s, is too short to change the time: %s limits it; see -body_%s_velocity and "
+                   "-body_%s_spin",
+                   (double)dt, w->cause, rigid, rigid);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(FindCause(w, core, scene, dt));
   (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, is too short to change the time: %s limits it",
                  (double)dt, w->cause);
   at.id  = w->limits;
@@ -313,7 +335,7 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
 PetscErrorCode MPMWatchEnd(const MPMWatch *w, const MPMPrinter *print)
 {
   PetscFunctionBeginUser;
-  if (w->cause[0])
+  if (w->cause[0] && w->first > 0)
     PetscCall(MPMWarn(
         print,
         "dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not intended, make the body stiffer "

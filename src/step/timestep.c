@@ -70,6 +70,20 @@ static PetscReal MayMove(const MPMGrid *grid, const MPMRigid *r)
   return by;
 }
 
+/* Described in step.h. */
+PetscReal MPMRigidStep(const MPMCore *core, PetscReal dt, PetscInt *which)
+{
+  *which = -1;
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]), far = MayMove(&core->grid, &core->rigids.body[k]);
+
+    if (!(speed > 0) || speed * dt <= far) continue; /* infinite times 0 is not a number */
+    dt     = far / speed;
+    *which = k;
+  }
+  return dt;
+}
+
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
    viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body
    that moves comes as far as it may. */
@@ -77,15 +91,12 @@ PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);
   PetscReal       g2 = 0, dt;
+  PetscInt        which;
 
   if (time->fixed > 0) return time->fixed;
   for (PetscInt d = 0; d < core->grid.dim; d++) g2 += core->params.gravity[d] * core->params.gravity[d];
   dt = time->cfl * h / Speed(core);
   dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
-  for (PetscInt k = 0; k < core->rigids.n; k++) {
-    const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]), far = MayMove(&core->grid, &core->rigids.body[k]);
-
-    if (speed * dt > far) dt = far / speed;
-  }
+  dt = MPMRigidStep(core, dt, &which);
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
