@@ -1,6 +1,5 @@
-"""The group `predicted` of tools/bench.py: how long each scene of options/ takes over what it said that it would take, with
-rough constants. A run that lasts long enough says so by its first steps; that is the whole run with output. Of others the
-line before the first step counts, and the time of the steps alone."""
+"""The group `predicted` of tools/bench.py: how long each scene of options/ takes, and what it said with rough constants: by
+its first steps of the whole run with output if that lasts long enough, else before the first step of the steps alone."""
 import glob
 import os
 import re
