@@ -15,7 +15,7 @@ def of(out):
     before = re.search(r"^predict +([\d.e+]+) steps of (\S+) s: ", out, re.M)
     after = re.search(r"^predict +after \S+ s: .*, about ([\d.e+-]+) (second|minute|hour)s? in all", out, re.M)
     if after:
-        return float(re.search(r"^done .* in (\S+) s", out, re.M)[1]), float(after[1]) * UNITS[after[2]]
+        return sum(map(float, re.findall(r"^done .* in (\S+) s", out, re.M))), float(after[1]) * UNITS[after[2]]
     if not before:
         return None
     each, particles, steps = (float(re.search(pattern, out, re.M)[1]) for pattern in (
