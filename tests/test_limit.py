@@ -106,6 +106,23 @@ def command():
         weak.status == 0 and 1.9 < float(table[0]["holds"]) < 2.06,
         f"at a pressure of c its strength can be divided by 2: {table[0]['holds']} {weak.err}",
     )
+    fails = study(scene, "-snes_max_it", "2", "-snes_linesearch_type", "basic", "--levels", "1", "--tolerance", "0.1", "-output_dir", ".")
+    check.that(
+        re.search(r"^warning +grid 1: before it failed the body was only \S+ times as soft as at first: the solver may have failed", fails.out, re.M)
+        and "limit      not found: at least" in fails.out,
+        f"a failure of the solver is no limit: {fails.out[-900:]}{fails.err}",
+    )
+    layers = block("layers", "-gravity 0,-1e-6", "-stages fill,wait", "-stage_fill_time 1", "-stage_fill_damping_time 0.1", "-stage_fill_time_rest 1e-3", "-stage_wait_time 1", "-stage_wait_material_m_yield 1.2",
+                   "-stage_wait_damping_kinetic", *pressed("ymax", "min(1,t)"))  # fmt: skip
+    layers = check.write("layers.opts", [line for line in check.content(layers).decode().splitlines() if not line.startswith("-time_end")])
+    told = study(layers, "--reduce", "strength", "--levels", "1", "--tolerance", "0.05", "-output_dir", ".")
+    table = check.rows("layers_limit.csv") if told.status == 0 else [{"holds": "nan"}]
+    check.that(
+        told.status == 0 and "stand aside in statics: -stage_fill_damping_time" in told.out.replace("-stage_fill_time_rest ", "") and 1.2 < float(table[0]["holds"]) < 1.45,
+        f"of two stages the second, of clay of c = 0.69, decides: {table[0]['holds']} {told.out[-600:]}{told.err}",
+    )
+    told = study(layers, "--levels", "1")
+    check.that(told.status == 2 and "--raise does not apply with -stages, whose loads do not grow in proportion to time" in told.err, told.err)
     pulls = study(scene, "-load_q_value", "-4*t", "--levels", "1", "--dry-run", "-output_dir", ".")
     check.that(re.search("^note +-load_q_value -4\\*t pulls .* a load that presses it has the other sign$", pulls.out, re.M), f"the sign of the load is told: {pulls.err}")
     none = study(scene, "-load_q_value", "t", "--levels", "1", "-output_dir", ".")

@@ -2,6 +2,8 @@
 
 usage: test_rest.py PEBBLE SOURCE MPIEXEC
 """
+import re
+
 import check
 
 check.arguments(__doc__, 0)
@@ -56,6 +58,13 @@ def ends():
     sinks = 1000 * 9.81 * 0.8 ** 2 / 2 / (1e6 * 0.7 / (1.3 * 0.4))
     run = block("depth", "-damping_kinetic", *REST, "-probes", "top", "-probe_top_follow", "0.5,0.8")
     check.that(abs((rows := last("depth")[1])["probe_top_y"][0] - rows["probe_top_y"][-1] - sinks) < 0.03 * sinks, "the block at rest has sunk as it should")
+    went = re.search(r"^moved +since the start, at the most: block by (\S+) m; a cell is 0.0625 m$", run.out, re.M)
+    check.that(went and abs(float(went[1]) / sinks - 1) < 0.03, f"how far it has moved is told: {went and went[0]}")
+    many = ["-bodies", "block,two,three,four,five,six,seven", "-body_block_upper", "0.125,0.8"]
+    for k, name in enumerate(("two", "three", "four", "five", "six", "seven"), 1):
+        many += [f"-body_{name}_shape", "box", f"-body_{name}_lower", f"{k / 8},0", f"-body_{name}_upper", f"{(k + 1) / 8},0.8", f"-body_{name}_material", "rubber"]
+    run = block("many", "-history_rest", *many, "-time_end", 0.05, n=2)
+    check.that(re.search(r"^moved .*: block by \S+ m, two by .*, six by \S+ m, 1 others by \S+ m; a cell", run.out, re.M), f"of many bodies some: {run.find('moved +(.*)')}")
     run = block("falls", "-history_rest", "-body_block_lower", "0.2,0.5", "-bc_ymin_type", "separate", "-time_end", 0.1)
     check.that("kinetic energy without strain energy" in run.out, f"what falls: {run.find('rest +(.*)')}")
 

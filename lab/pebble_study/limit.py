@@ -19,12 +19,14 @@ from .scene import Refused
 COLUMNS = "grid,h,cells,particles,holds,fails,ends,factor,softer,runs,seconds,key".split(",")
 TEXTS = ("cells", "ends", "key")
 FAILED = r"no equilibrium was found (?:near the last one, at t=\S+ s: that )?at t=(\S+) s"
+SOLVER = r" out of balance, of \S+ N \((\w+)\)"  # Newton's method ended without a solution; PETSc's reason
+REMEDIES = ({"snes_max_it": "80", "snes_linesearch_type": "bt"}, {"snes_max_it": "80", "snes_linesearch_type": "l2"})
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
 SAFETY = 3.0  # the error of the finer of two grids, over what changed from the coarser one: Roache's index of convergence at the first order
 EARLY = 0.02  # a body that yields so much more than at first, or for which no equilibrium is found, may bear as much more than that
-HARDLY = 2.0  # a body that has softened less before the failure may have been in equilibrium beyond it
+HARDLY = 2.0  # a body that has softened less before Newton's method failed may be in equilibrium beyond it: that is a failure of the solver
 NOTHING = 1e-6  # the factor below which no scene is meant: nothing holds the body
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
@@ -34,7 +36,7 @@ STRENGTH = {  # what is divided, and what else changes: (law, {option: function 
     },
 }
 # Options of motion in time, which stand aside where the scene has no -method_time static of its own.
-MOTION = ("method_", "damping_", "dt_", "check_", "history_energy", "output_")
+MOTION = ("method_", "damping_", "dt_", "check_", "history_energy", "history_rest", "time_rest", "output_")
 
 
 class NoLimit(Exception):
@@ -85,18 +87,39 @@ def estimate(brackets):
     return low - error, (high + error) * (1 + EARLY), why
 
 
+def plain(name, options):
+    """The option that a name sets, without `stage_<s>_` where it does so in a stage."""
+    for stage in options.get("stages", "").split(","):
+        if stage and name.startswith(f"stage_{stage}_"):
+            return name[len(f"stage_{stage}_") :]
+    return name
+
+
+def ends(options):
+    """The times at which the stages of a scene end, at the latest; without stages that of its end."""
+    stages = [stage for stage in options.get("stages", "").split(",") if stage]
+    if not stages:
+        return [float(options["time_end"])]
+    return np.cumsum([float(options[f"stage_{stage}_time"]) for stage in stages]).tolist()
+
+
 def moved(before, after):
     """The mean of how far the hundredth of the particles went that went farthest, m. [n, 3] each."""
     far = np.sort(np.sqrt(((after - before) ** 2).sum(1)))
     return far[-max(1, len(far) // 100) :].mean()
 
 
-def softness(times, steps):
+def softness(times, steps, parts=()):
     """How many times as much as in the first step the body yields in each step, for an equal part of the load, which grows
-    with time. times: of the ends of the steps, s; steps: how far they moved it."""
+    with time. times: of the ends of the steps, s; steps: how far they moved it; parts: when the stages end, each of which has
+    a first step of its own, which counts if it moved the body more than the very first."""
     times, rates = np.asarray(times, float), np.asarray(steps, float)
     rates = rates / np.diff(times, prepend=0)
-    return rates / rates[0] if len(rates) and rates[0] > 0 else np.full(len(rates), math.nan)
+    if not len(rates) or not rates[0] > 0:
+        return np.full(len(rates), math.nan)
+    stage = np.searchsorted(np.asarray(parts, float) * (1 + 1e-9), times, "left")
+    first = [rates[np.flatnonzero(stage == k)[0]] for k in stage]
+    return rates / np.maximum(first, rates[0])
 
 
 def read_end(times, soft, failed, softer):
@@ -106,6 +129,14 @@ def read_end(times, soft, failed, softer):
     if flows is not None:
         return (times[flows - 1] if flows else 0.0), times[flows], (soft[flows - 1] if flows else math.nan)
     return (times[-1] if len(times) else 0.0), failed, (soft[-1] if len(soft) else math.nan)
+
+
+def how(flows, line, softer):
+    """How a run ends that does not hold: it flows, it has no equilibrium, or the solver may have failed, by its last line: Newton's method found
+    nothing though the body had hardly softened before."""
+    if flows:
+        return "flow"
+    return "solver" if re.search(SOLVER, line) and not softer >= HARDLY else "no equilibrium"
 
 
 def static(words, processes):
@@ -121,8 +152,8 @@ def static(words, processes):
         options = scene.Options({k: v for k, v in options.items() if k != "method_time"}, options.typed - {"method_time"})
     if options.get("method_time") == "static":
         return options, []
-    aside = [name for name in options if name.startswith(MOTION) and name not in options.typed]
-    told = [name for name in aside if not name.startswith("output_")]
+    aside = [name for name in options if plain(name, options).startswith(MOTION) and name not in options.typed]
+    told = [name for name in aside if not plain(name, options).startswith("output_")]
     kept = dict.fromkeys(name for name in aside if name not in ("output_dir", "output_name"))
     return options | kept | {"method_time": "static"}, told
 
@@ -135,14 +166,18 @@ def materials(options):
 def weakened(options, F):
     """The options with the strength of all materials divided by F; dilation is at most friction."""
     changed = {}
+    stages = [f"stage_{stage}_" for stage in options.get("stages", "").split(",") if stage]
     for name, law in materials(options).items():
-        for what, divide in STRENGTH.get(law, {}).items():
-            option = f"material_{name}_{what}"
-            if option in options:
-                changed[option] = f"{divide(float(options[option]), F):.15g}"
-        friction, dilation = f"material_{name}_friction_angle", f"material_{name}_dilation_angle"
-        if friction in changed and float(options.get(dilation) or 0) > float(changed[friction]):
-            changed[dilation] = changed[friction]
+        friction, dilation = 0.0, 0.0  # degrees; a stage may change them
+        for stage in ["", *stages]:
+            for what, divide in STRENGTH.get(law, {}).items():
+                option = f"{stage}material_{name}_{what}"
+                if option in options:
+                    changed[option] = f"{divide(float(options[option]), F):.15g}"
+            friction = float(changed.get(f"{stage}material_{name}_friction_angle", friction))
+            dilation = float(options.get(f"{stage}material_{name}_dilation_angle") or dilation)
+            if law == "druckerprager" and dilation > friction:
+                changed[f"{stage}material_{name}_dilation_angle"] = f"{friction:.15g}"
     return options | changed
 
 
@@ -151,11 +186,12 @@ class Limit:
         words, options = study.words, study.options
         self.study, self.facts, self.levels, self.tolerance = study, study.facts, words.levels, words.tolerance
         self.mode = "strength" if words.reduce else words.raised or "load"
-        self.end = float(options["time_end"])
+        self.parts = ends(options)
+        self.end = self.parts[-1]
         self.loads = {name: None for name in options.get("loads", "").split(",") if name}  # in all at the end, N
         self.gravity = [g for g in scene.numbers(options.get("gravity", "0"), self.facts.dim)]
         self.check()
-        self.dt = self.facts.fixed or self.end / STEPS
+        self.dt = self.facts.fixed or min(np.diff(self.parts, prepend=0)) / STEPS
         quiet = {name: None for name in options if name.startswith("output_") and name not in ("output_dir", "output_name")}
         self.options = options | quiet | {"output_every": "0", "output_fields": "body", "output_format": "hdf5", "check_state": "retry"}
         self.start, self.soon, self.rows, self.path = 1.0, self.end, [], study.path("_limit.csv")
@@ -167,6 +203,8 @@ class Limit:
         words, options = self.study.words, self.study.options
         if words.reduce and words.raised:
             raise Refused("--reduce does not apply with --raise: choose one of them")
+        if len(self.parts) > 1 and self.mode != "strength":
+            raise Refused("--raise does not apply with -stages, whose loads do not grow in proportion to time: --reduce strength does")
         laws = materials(options)
         if self.mode == "strength" and not any(law in STRENGTH for law in laws.values()):
             raise Refused(f"--reduce strength does not apply: no material has the model {' or '.join(STRENGTH)}")
@@ -223,7 +261,22 @@ class Limit:
         return options | {"dt_size": f"{self.dt:.15g}"}
 
     def try_run(self, options):
-        """(last time that holds, first that does not or None) of a run; a run that ends otherwise is an Error."""
+        """(last time that holds, first that does not or None) of a run; a run that ends otherwise is an Error. If the solver may have
+        failed it is made again with more iterations and a line search, as far as the scene does not choose these, and the run that
+        comes farther counts."""
+        best = self.run_once(options)
+        for more in REMEDIES:
+            if self.ends != "solver":
+                break
+            told = self.softer, self.ends
+            again = self.run_once(options | {name: value for name, value in more.items() if name not in options})
+            if again[1] is not None and again[0] <= best[0]:
+                self.softer, self.ends = told
+            else:
+                best = again
+        return best
+
+    def run_once(self, options):
         result = scene.run(options, self.study.processes)
         self.runs += 1
         found = re.search(FAILED, result.line) if result.status else None
@@ -237,10 +290,11 @@ class Limit:
                 times.append(snapshot.time)
                 steps.append(moved(before, places))
             before = places
-        soft = softness(times, steps)
+        soft = softness(times, steps, self.parts)
         last, failed, softer = read_end(times, soft, float(found[1]) if found else None, self.study.words.softer)
+        self.softer, self.ends = softer, "holds"
         if failed is not None:
-            self.softer, self.ends = softer, "flow" if len(times) and failed <= times[-1] else "no equilibrium"
+            self.ends = how(len(times) > 0 and failed <= times[-1], result.line, softer)
         return last, failed
 
     def weaken(self, level):
@@ -310,10 +364,10 @@ class Limit:
             row |= {"runs": self.runs, "seconds": time.monotonic() - since}
             self.begin_at(row["factor"])
         self.rows.append(row | {"grid": level + 1, "h": facts.h[0], "cells": "x".join(map(str, facts.cells)), "particles": facts.particles, "key": key})
-        if row["softer"] < HARDLY and row["ends"] != "flow":
+        if row["ends"] == "solver":
             self.study.say(
                 f"warning    grid {level + 1}: before it failed the body was only {row['softer']:.3g} times as soft as at first: the solver may have failed where "
-                "there is an equilibrium; try a smaller -dt_size, -snes_max_it 50 or -snes_linesearch_type l2"
+                "there is an equilibrium, also with more iterations and line searches; try a smaller -dt_size"
             )
 
     def write(self):
@@ -342,7 +396,10 @@ class Limit:
         for name, whole in self.loads.items() if self.mode == "load" else ():
             if whole is not None:
                 say(f"           load {name} is {whole * last['factor']:.4g} N then")
-        say(f"limit      {low:.4g} to {high:.4g}: {why}")
+        if last["ends"] == "solver":
+            say(f"limit      not found: at least {low:.4g}, by the cells; on the finest grid the solver failed, and no limit was seen")
+        else:
+            say(f"limit      {low:.4g} to {high:.4g}: {why}")
         say("uncertain  this range is of the cells and of the bracket alone: not of the strength, the dilation and the shape of the scene. The body counts")
         say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer),")
         say(f"           which can be before its limit: for that the range goes {100 * EARLY:g} % higher")

@@ -95,7 +95,7 @@ PetscErrorCode MPMReportProgress(MPMReport *, MPMCore *, const MPMTime *);
 /* Looks after some steps whether the bodies are at rest, and says so at the end of a run (rest.c). Collective on
    exchange.data. */
 PetscErrorCode MPMRestLook(MPMCore *, const MPMScene *);
-PetscErrorCode MPMRestTell(const MPMCore *, const MPMTotals *, const MPMTime *);
+PetscErrorCode MPMRestTell(MPMCore *, const MPMScene *, const MPMTotals *, const MPMTime *);
 
 /* At the end: energies, and whether they or the steps are doubtful; how far the stress is from what nodes and particles
    agree on, unless all of it is rounding; rigid bodies that met nothing in a whole run; the error, if a solution is known; the files that are there; how the grid was

@@ -3,6 +3,7 @@
 #include "kernels/tile_index.h"
 #include "advice/advice.h"
 #include "parallel/exchange.h"
+#include "step/static.h"
 #include "step/step.h"
 
 /* Returns a number of /proc/self/status in bytes: "VmRSS", the memory of this process, or "VmHWM", the most that it had
@@ -95,14 +96,15 @@ PetscErrorCode MPMMemoryPrint(const MPMCore *core, const MPMReport *report, cons
   const PetscBool measures = (PetscBool)(report->limits ||
                                          (!report->no_limits && cost->model.flop == 0 && seconds > LIMITS_SECONDS));
   const PetscReal now = MPMMemoryHere("VmRSS"), most = MPMMemoryHere("VmHWM");
-  PetscReal       largest, all, jobs;
+  PetscReal       largest, all, jobs, solver = 0;
   PetscMPIInt     size, data;
 
   PetscFunctionBeginUser;
   if (!(now > 0)) PetscFunctionReturn(PETSC_SUCCESS); /* this system does not tell */
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &data));
-  largest = all = PetscMax(most, now + Later(core, snapshots, report->indicator, measures, data, size - data));
+  if (core->implicit) PetscCall(MPMStaticLaterBytes(core->implicit, &solver));
+  largest = all = PetscMax(most, now + solver + Later(core, snapshots, report->indicator, measures, data, size - data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, core->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
   if (size > data) /* a worker has a job's fields, sums, message and answer */

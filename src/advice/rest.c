@@ -2,6 +2,7 @@
    says at its end of the rest of its bodies. */
 #include "advice/advice.h"
 
+#define SHOWN 6  /* bodies whose displacements are printed */
 #define EVERY 16 /* steps between looks: a number of steps, so that a restart changes nothing */
 
 PetscErrorCode MPMRestLook(MPMCore *core, const MPMScene *scene)
@@ -20,7 +21,55 @@ PetscErrorCode MPMRestLook(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRestTell(const MPMCore *core, const MPMTotals *now, const MPMTime *time)
+/* Says how far the particle of each body that has gone farthest is from where it was at first, on a periodic axis the shorter
+   way: what has slid is at rest too. */
+static PetscErrorCode TellMoved(MPMCore *core, const MPMScene *scene)
+{
+  const MPMGrid *grid   = &core->grid;
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X), dim = grid->dim;
+  PetscReal     *far, rest = -1;
+  PetscInt       shown = 0;
+  char           text[MPM_TEXT_LEN] = "";
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  if (!core->particles.present[MPM_FIELD_INDEX_X]) PetscFunctionReturn(PETSC_SUCCESS); /* what flows in has no place at the start */
+  PetscCall(PetscMalloc1(scene->nbodies, &far));
+  for (PetscInt b = 0; b < scene->nbodies; b++) far[b] = -1; /* it has no particles */
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0, b = 0; p < view.n; p++) {
+    PetscReal sum = 0;
+
+    b = MPMBodyOf(scene, view.id[p], b);
+    for (PetscInt d = 0; d < dim; d++) {
+      const PetscReal length = grid->upper[d] - grid->lower[d];
+      PetscReal       way    = view.x[p * dim + d] - view.X[p * dim + d];
+
+      if (grid->periodic[d]) way -= length * round(way / length);
+      sum += way * way;
+    }
+    far[b] = PetscMax(far[b], PetscSqrtReal(sum));
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, (PetscMPIInt)scene->nbodies, MPIU_REAL, MPI_MAX, core->exchange.data));
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    const size_t n = strlen(text);
+
+    if (far[b] < 0) continue;
+    if (shown++ < SHOWN)
+      (void)snprintf(text + n, sizeof text - n, "%s%s by %.3g m", n ? ", " : "", scene->bodies[b].name, (double)far[b]);
+    else
+      rest = PetscMax(rest, far[b]);
+  }
+  if (shown) PetscCall(MPMPrint(&core->print, "moved      since the start, at the most: %s", text));
+  if (shown > SHOWN)
+    PetscCall(MPMPrint(&core->print, ", %" PetscInt_FMT " others by %.3g m", shown - SHOWN, (double)rest));
+  if (shown) PetscCall(MPMPrint(&core->print, "; a cell is %.3g m\n", (double)MPMGridSmallestH(grid)));
+  PetscCall(PetscFree(far));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRestTell(MPMCore *core, const MPMScene *scene, const MPMTotals *now, const MPMTime *time)
 {
   const MPMRest  *r     = &core->rest;
   const PetscReal share = MPMShownKineticShare(now);
@@ -34,6 +83,7 @@ PetscErrorCode MPMRestTell(const MPMCore *core, const MPMTotals *now, const MPMT
   (void)snprintf(ratios, sizeof ratios, "largest force out of balance %.2g of the largest that acts, kinetic energy %s",
                  (double)r->unbalanced, energy);
   PetscCall(MPMPrint(&core->print, "rest       %s%s\n", since, ratios));
+  PetscCall(TellMoved(core, scene));
   if (r->limit > 0 && !r->reached && core->t >= time->end)
     PetscCall(MPMWarn(&core->print,
                       "the bodies are not at rest at -time_end: %s; -time_rest asks for %g over %.3g s. Go on with "

@@ -40,8 +40,8 @@ PetscErrorCode MPMPrintStart(MPM mpm)
                        (double)MPMCourant(core, f.dt), core->grid.total ? "h/c" : "h/(c+|v|)"));
     PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
   }
-  if (scene->dry_run && !core->implicit) { /* what a solve takes is not predicted */
-    PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));
+  if (scene->dry_run) PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));
+  if (scene->dry_run && !core->implicit) { /* how long a solve takes is not predicted */
     PetscCall(MPMModelView(&mpm->cost, core, scene, f.dt, f.steps, mpm->report.processes));
   }
   PetscCall(MPMReportLoads(core, scene, mpm->time.end));
@@ -74,7 +74,7 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
     PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
                        (double)core->t, now - mpm->report.start, core->rest.reached ? " (-time_rest)" : !MPMEnds(mpm) ? " (-time_max_steps)" : ""));
   PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
-  PetscCall(MPMRestTell(core, &mpm->monitor.now, &mpm->time));
+  PetscCall(MPMRestTell(core, scene, &mpm->monitor.now, &mpm->time));
   PetscCall(MPMAdvanceReport(mpm));
   PetscCall(MPMStaticReport(core));
   if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)

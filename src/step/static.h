@@ -8,6 +8,13 @@
 #include "scene/scene.h"
 #include "step/step.h"
 
+/* A run of neighbouring nodes with springs: the place of the first among `at`, from one to the next, bits of those that are
+   own, N/m. */
+typedef struct {
+  PetscInt  first, next, own;
+  PetscReal stiffness;
+} MPMStaticRun;
+
 struct MPMStatic {
   PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
   PetscReal ghost; /* -method_stabilize_factor, 1; 0: none */
@@ -25,6 +32,8 @@ struct MPMStatic {
   PetscInt  *at;    /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */
   DM         numbers; /* the nodes of the grid, one number each, with ghosts on both sides */
   PetscInt   lo[3], wide[3]; /* the box of nodes that `at` covers */
+  PetscInt      nruns;
+  MPMStaticRun *run; /* [nruns] in a sequence that for each node is the same however the grid is cut */
   PetscBool *pressed; /* [n][dim] is it held for now (MPMStaticPress)? NULL: no wall pushes */
   PetscBool *held;  /* [n][dim] does a wall hold it? */
   PetscReal *known; /* [n][dim] where a wall holds it at the end of the step, m */
@@ -36,6 +45,8 @@ struct MPMStatic {
   Vec        v, past;   /* velocities and forces as the step begins, m/s, N, of steps with inertia */
   PetscReal  beta, gamma;    /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
   PetscReal  per, held_over; /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
+  PetscReal  nominal, grain; /* N/m: a large entry of K; all are multiples of grain, so that their sums are exact in any sequence (0: they are not) */
+  PetscReal  norm;      /* of the residual of that state, N, the same bits on any number of processes */
   PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
   PetscReal  stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
@@ -64,6 +75,14 @@ PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, befor
 PetscErrorCode MPMStaticReport(const MPMCore *);
 PetscErrorCode MPMStaticDestroy(MPMCore *);
 
+/* Memory (static_memory.c), bytes: of the matrices, of all processes or of this one; about what PETSc's preconditioner will take
+   on all processes; what it has taken, if that is known; and about what this process will need beside what it has before the
+   first step. Collective on exchange.data. */
+PetscErrorCode MPMStaticMatrixBytes(const struct MPMStatic *, PetscBool all, PetscReal *);
+PetscErrorCode MPMStaticForetellBytes(const struct MPMStatic *, PetscReal *);
+PetscErrorCode MPMStaticSolverBytes(const struct MPMStatic *, PetscReal *, PetscBool *known);
+PetscErrorCode MPMStaticLaterBytes(const struct MPMStatic *, PetscReal *);
+
 /* The nodes of a particle's stencil: their weights and gradients, 1 and 1/m, and the numbers of their unknowns. */
 #define MPM_STATIC_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 typedef struct {
@@ -85,13 +104,28 @@ PetscErrorCode MPMStaticSpread(struct MPMStatic *, const PetscReal own[], PetscR
 PetscInt       MPMStaticOrder(const struct MPMStatic *);
 PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *, PetscInt reach, Mat *);
 
-/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes. Tangent (static_matrix.c) sets K to the tangent of
+/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes; Springs sets r to their forces, N, by displacements u. Tangent (static_matrix.c) sets K to the tangent of
    the state that the residual was last made of, with the rows and columns of what walls hold replaced; if x has
    displacements of these, what they do to the others is taken from b. Leap finds the largest component of the
    displacement gradient in the step, 1. Afterwards the particles are those as the step began. Collective on exchange.data. */
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
+PetscErrorCode MPMStaticSprings(struct MPMStatic *, Vec u, Vec r);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
 PetscErrorCode MPMStaticLeap(struct MPMStatic *, PetscReal *most);
+
+/* Returns x as a multiple of a grain, a power of 2; without one as it is. */
+MPM_INLINE PetscReal MPMStaticGrain(PetscReal x, PetscReal grain)
+{
+  const PetscReal round = 6755399441055744.; /* 1.5 * 2^52: what is added to it has no digits after the point */
+
+  return grain > 0 ? (x / grain + round - round) * grain : x;
+}
+
+/* LU of the whole tangent on each process (static_whole.c). Create makes of a PC one by it. Solver gives its solver, NULL for
+   other PCs. Exact returns whether the steps have the same bits on any number of processes. Create is collective on
+   exchange.data. */
+PetscErrorCode MPMStaticWholeCreate(struct MPMStatic *, PC);
+PetscErrorCode MPMStaticWholeSolver(PC, KSP *);
 
 /* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the forces of
    these on nodes, p, from the residual r. Press holds nodes that are at their bounds and pressed on them by r, which becomes 0 there; with r

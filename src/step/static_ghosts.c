@@ -4,6 +4,7 @@
 #include "step/static.h"
 
 #define NEARLY  1e-6 /* of a share: a node at a flat surface has half of its matter, whatever rounding says */
+#define GRAIN   0x1p-40 /* of the volume of a cell: volumes of nodes are multiples of it, and their sums exact */
 #define SAMPLES 8 /* of a basis function in each cell, for how much of it lies in the grid */
 
 /* Sets inside [nodes of axis d] to the integral over the grid, in cells, of the basis functions along axis d. */
@@ -43,6 +44,7 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   MPMStaticNodes        t;
 
   PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < dim; d++) h *= grid->h[d];
   PetscCall(VecDuplicate(s->u, &volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
@@ -50,7 +52,8 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
 
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
-      const PetscScalar part = t.w[i] * J * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1);
+      const PetscScalar part = MPMStaticGrain(
+          t.w[i] * J * MPMKindOf(core->params.kinds, &view, p)->V0 / (grid->round ? 2 * PETSC_PI * t.r : 1) / h, GRAIN);
 
       if (t.number[i] >= 0) PetscCall(VecSetValue(volume, t.number[i] * dim, part, ADD_VALUES));
     }
@@ -58,15 +61,12 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCall(VecAssemblyBegin(volume));
   PetscCall(VecAssemblyEnd(volume));
-  for (PetscInt d = 0; d < dim; d++) {
-    PetscCall(Inside(core, d, &inside[d]));
-    h *= grid->h[d];
-  }
+  for (PetscInt d = 0; d < dim; d++) PetscCall(Inside(core, d, &inside[d]));
   PetscCall(PetscMalloc1(PetscMax(1, s->n), &own));
   PetscCall(VecGetArray(volume, &v));
   for (PetscInt q = 0; q < s->n; q++) {
     PetscInt  ijk[3];
-    PetscReal room = h;
+    PetscReal room = 1;
 
     MPMStaticWhere(s, q, ijk);
     for (PetscInt d = 0; d < dim; d++) room *= inside[d][ijk[d] + (grid->periodic[d] ? 0 : grid->layers[d])];
@@ -130,56 +130,124 @@ static PetscErrorCode FindModulus(struct MPMStatic *s, PetscReal modulus[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the stabilisation of the run of nodes from ijk [3] on along axis d, if all have mass and one is weak; h: volume of a
-   cell, m^3. */
-static PetscErrorCode AddRun(struct MPMStatic *s, const PetscInt ijk[], PetscInt d, PetscReal h, const PetscReal weak[],
-                             const PetscReal modulus[])
+static const PetscReal rows[5][5] = {{0}, {0}, {1, -2, 1}, {1, -3, 3, -1}, {1, -4, 6, -4, 1}};
+
+/* Returns whether place ijk [3] is one of this process, and no image of one. */
+static PetscBool IsOwn(const struct MPMStatic *s, const PetscInt ijk[])
 {
-  static const PetscReal rows[5][5] = {{0}, {0}, {1, -2, 1}, {1, -3, 3, -1}, {1, -4, 6, -4, 1}};
-  const PetscInt         order = MPMStaticOrder(s), dim = s->core->grid.dim;
-  PetscInt               number[5], at[3] = {ijk[0], ijk[1], ijk[2]};
-  PetscReal              E = PETSC_MAX_REAL, stiffness;
-  PetscBool              any = PETSC_FALSE;
+  const MPMPatch *patch = &s->core->exchange.patch;
+
+  for (PetscInt d = 0; d < s->core->grid.dim; d++)
+    if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* Looks at the run of nodes from ijk [3] on along axis d: if all have mass, one is weak and one is own, it sets *run, and number [5]. */
+static PetscBool FindRun(const struct MPMStatic *s, const PetscInt ijk[], PetscInt d, const PetscReal weak[],
+                         const PetscReal modulus[], PetscInt number[], MPMStaticRun *run)
+{
+  const MPMGrid *grid  = &s->core->grid;
+  const PetscInt order = MPMStaticOrder(s);
+  PetscInt       at[3] = {ijk[0], ijk[1], ijk[2]};
+  PetscReal      E = PETSC_MAX_REAL, h = 1;
+  PetscBool      any = PETSC_FALSE;
+
+  *run = (MPMStaticRun){.first = MPMStaticPlace(s, ijk)};
+  for (PetscInt k = 0; k <= order; k++) {
+    PetscInt place;
+
+    at[d] = ijk[d] + k;
+    if (at[d] >= s->lo[d] + s->wide[d]) return PETSC_FALSE;
+    place     = MPMStaticPlace(s, at);
+    number[k] = s->at[place];
+    if (number[k] < 0) return PETSC_FALSE;
+    if (k == 1) run->next = place - run->first;
+    if (weak[place] > 0) any = PETSC_TRUE;
+    if (IsOwn(s, at)) run->own |= (PetscInt)1 << k;
+    E = PetscMin(E, modulus[place]);
+  }
+  for (PetscInt e = 0; e < grid->dim; e++) h *= grid->h[e];
+  run->stiffness = s->ghost * E * h / PetscSqr(grid->h[d]) * Around(s, ijk, d);
+  return any && run->own ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Adds a run to the matrix of the springs. */
+static PetscErrorCode AddRun(struct MPMStatic *s, const MPMStaticRun *run, const PetscInt number[])
+{
+  const PetscInt order = MPMStaticOrder(s), dim = s->core->grid.dim;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k <= order; k++) {
-    at[d] = ijk[d] + k;
-    if (at[d] >= s->lo[d] + s->wide[d]) PetscFunctionReturn(PETSC_SUCCESS);
-    number[k] = s->at[MPMStaticPlace(s, at)];
-    if (number[k] < 0) PetscFunctionReturn(PETSC_SUCCESS);
-    if (weak[MPMStaticPlace(s, at)] > 0) any = PETSC_TRUE;
-    E = PetscMin(E, modulus[MPMStaticPlace(s, at)]);
-  }
-  stiffness = s->ghost * E * h / PetscSqr(s->core->grid.h[d]) * Around(s, ijk, d);
-  for (PetscInt i = 0; i <= order && any; i++)
+  for (PetscInt i = 0; i <= order; i++)
     for (PetscInt j = 0; j <= order; j++)
       for (PetscInt c = 0; c < dim; c++)
         PetscCall(MatSetValue(s->ghosts, number[i] * dim + c, number[j] * dim + c,
-                              stiffness * rows[order][i] * rows[order][j], ADD_VALUES));
+                              MPMStaticGrain(run->stiffness * rows[order][i] * rows[order][j], s->grain), ADD_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
 {
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-  PetscReal     *weak, *modulus, h = 1;
+  const PetscInt dim = s->core->grid.dim, size = s->wide[0] * s->wide[1] * s->wide[2];
+  PetscInt       room = 0;
+  PetscReal     *weak, *modulus;
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < grid->dim; d++) h *= grid->h[d];
-  PetscCall(PetscMalloc2(s->wide[0] * s->wide[1] * s->wide[2], &weak, s->wide[0] * s->wide[1] * s->wide[2], &modulus));
+  PetscCall(PetscMalloc2(size, &weak, size, &modulus));
   PetscCall(FindWeak(s, weak));
   PetscCall(FindModulus(s, modulus));
   PetscCall(MPMStaticCreateMatrix(s, 0, &s->ghosts));
-  for (PetscInt q = 0; q < s->n; q++) {
-    PetscInt ijk[3];
+  s->nruns = 0;
+  for (PetscInt d = 0; d < dim; d++)
+    for (PetscInt k = 0; k < size; k++) {
+      const PetscInt ijk[3] = {s->lo[0] + k % s->wide[0], s->lo[1] + k / s->wide[0] % s->wide[1],
+                               s->lo[2] + k / s->wide[0] / s->wide[1]};
+      PetscInt       number[5];
+      MPMStaticRun   run;
 
-    MPMStaticWhere(s, q, ijk);
-    for (PetscInt d = 0; d < grid->dim; d++)
-      PetscCall(AddRun(s, ijk, d, h, weak, modulus));
-  }
+      if (s->at[k] < 0 || !FindRun(s, ijk, d, weak, modulus, number, &run)) continue;
+      if (run.own & 1) PetscCall(AddRun(s, &run, number));
+      if (s->nruns == room) PetscCall(PetscRealloc((size_t)(room = 2 * room + 64) * sizeof *s->run, &s->run));
+      s->run[s->nruns++] = run;
+    }
   PetscCall(PetscFree2(weak, modulus));
   PetscCall(MatAssemblyBegin(s->ghosts, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->ghosts, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStaticSprings(struct MPMStatic *s, Vec u, Vec r)
+{
+  const PetscInt     order = MPMStaticOrder(s), dim = s->core->grid.dim, size = s->wide[0] * s->wide[1] * s->wide[2];
+  const PetscScalar *now, *was;
+  PetscScalar       *force;
+  PetscReal         *own, *moved;
+  PetscInt           begin, any = s->nruns;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecSet(r, 0));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, s->core->exchange.data));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetOwnershipRange(u, &begin, NULL));
+  PetscCall(PetscMalloc2(PetscMax(1, s->n), &own, size, &moved));
+  for (PetscInt c = 0; c < dim; c++) {
+    PetscCall(VecGetArrayRead(u, &now));
+    PetscCall(VecGetArrayRead(s->was, &was));
+    for (PetscInt q = 0; q < s->n; q++) own[q] = now[q * dim + c] - was[q * dim + c];
+    PetscCall(VecRestoreArrayRead(s->was, &was));
+    PetscCall(VecRestoreArrayRead(u, &now));
+    PetscCall(MPMStaticSpread(s, own, 0, moved));
+    PetscCall(VecGetArray(r, &force));
+    for (PetscInt i = 0; i < s->nruns; i++) {
+      const MPMStaticRun *run  = s->run + i;
+      PetscReal           bent = 0;
+
+      for (PetscInt k = 0; k <= order; k++) bent += rows[order][k] * moved[run->first + k * run->next];
+      for (PetscInt k = 0; k <= order; k++)
+        if (run->own >> k & 1)
+          force[s->at[run->first + k * run->next] * dim + c - begin] += run->stiffness * rows[order][k] * bent;
+    }
+    PetscCall(VecRestoreArray(r, &force));
+  }
+  PetscCall(PetscFree2(own, moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

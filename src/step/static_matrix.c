@@ -22,25 +22,59 @@ static void AddParticle(PetscInt dim, const MPMStaticNodes *t, const MPMStaticPa
     }
 }
 
+/* Takes from b what displacements x of held components do to the others. Products are multiples of a grain, so that their sum is
+   exact: b has the same bits however the grid is cut. */
+static PetscErrorCode TakeKnown(struct MPMStatic *s, Mat K, Vec x, Vec b)
+{
+  const PetscScalar *known;
+  PetscScalar       *force;
+  PetscReal          most;
+  PetscInt           begin;
+  VecScatter         gather;
+  Vec                all;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecNorm(x, NORM_INFINITY, &most));
+  PetscCall(VecGetOwnershipRange(x, &begin, NULL));
+  PetscCall(VecScatterCreateToAll(x, &gather, &all));
+  PetscCall(VecScatterBegin(gather, x, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(gather, x, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterDestroy(&gather));
+  PetscCall(VecGetArrayRead(all, &known));
+  PetscCall(VecGetArray(b, &force));
+  for (PetscInt k = 0; k < s->n * s->core->grid.dim; k++) {
+    const PetscInt     row = begin + k;
+    const PetscInt    *columns;
+    const PetscScalar *values;
+    const PetscReal    grain = s->grain * PetscPowReal(2, PetscCeilReal(PetscLog2Real(PetscMax(most, PETSC_SMALL * PETSC_SMALL))));
+    PetscInt           n;
+    PetscReal          sum = 0;
+
+    PetscCall(MatGetRow(K, row, &n, &columns, &values));
+    for (PetscInt j = 0; j < n; j++)
+      if (known[columns[j]] != 0) sum += MPMStaticGrain(values[j] * known[columns[j]], grain);
+    PetscCall(MatRestoreRow(K, row, &n, &columns, &values));
+    force[k] = s->held[k] ? s->nominal * known[row] : force[k] - sum;
+  }
+  PetscCall(VecRestoreArray(b, &force));
+  PetscCall(VecRestoreArrayRead(all, &known));
+  PetscCall(VecDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Replaces the rows and columns of what walls hold. */
 static PetscErrorCode ReplaceHeld(struct MPMStatic *s, Mat K, Vec x, Vec b)
 {
   const PetscInt dim = s->core->grid.dim;
-  PetscInt      *rows, n = 0, begin, all;
-  PetscScalar    mean;
-  Vec            diagonal;
+  PetscInt      *rows, n = 0, begin;
 
   PetscFunctionBeginUser;
-  PetscCall(VecDuplicate(s->u, &diagonal));
-  PetscCall(MatGetDiagonal(K, diagonal));
-  PetscCall(VecSum(diagonal, &mean));
-  PetscCall(VecGetSize(diagonal, &all));
-  PetscCall(VecGetOwnershipRange(diagonal, &begin, NULL));
-  PetscCall(VecDestroy(&diagonal));
+  if (x) PetscCall(TakeKnown(s, K, x, b));
+  PetscCall(VecGetOwnershipRange(s->u, &begin, NULL));
   PetscCall(PetscMalloc1(PetscMax(1, s->n * dim), &rows));
   for (PetscInt k = 0; k < s->n * dim; k++)
     if (s->held[k]) rows[n++] = begin + k;
-  PetscCall(MatZeroRowsColumns(K, n, rows, mean / (PetscReal)all, x, b));
+  PetscCall(MatZeroRowsColumns(K, n, rows, s->nominal, NULL, NULL));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -105,6 +139,7 @@ static PetscErrorCode AddParticles(struct MPMStatic *s, Mat K)
     for (to = from + 1; to < n && law.view.cell[order[to]] == law.view.cell[order[from]];) to++;
     PetscCall(PetscArrayzero(stiffness, size));
     PetscCall(AddMeans(s, &law, from, to, stiffness));
+    for (PetscInt k = 0; k < size && s->grain > 0; k++) stiffness[k] = MPMStaticGrain(stiffness[k], s->grain);
     MPMStaticStencil(s, &law.view, order[from], &cell);
     PetscCall(MatSetValuesBlocked(K, cell.n, cell.number, cell.n, cell.number, stiffness, ADD_VALUES));
   }

@@ -5,6 +5,7 @@
 #include "step/static.h"
 
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
+#define GRAIN 43 /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
@@ -28,7 +29,7 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, con
     MPMOptionsFail(o, "-method_gamma does not apply: it is of -method_time newmark");
   if (!strcmp(time, "euler")) s->beta = 1, s->gamma = 0;
   s->inertia = (PetscBool)(strcmp(time, "static") != 0);
-  if (s->inertia) s->ramp = 0;
+  if (s->inertia || core->stages.now > 1) s->ramp = 0; /* gravity acts whole since the end of the first stage */
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
   PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
@@ -58,6 +59,7 @@ static PetscErrorCode Clear(struct MPMStatic *s)
   PetscCall(SNESDestroy(&s->snes));
   PetscCall(MatDestroy(&s->K));
   PetscCall(MatDestroy(&s->ghosts));
+  PetscCall(PetscFree(s->run));
   PetscCall(VecDestroy(&s->u));
   PetscCall(VecDestroy(&s->r));
   PetscCall(VecDestroy(&s->was));
@@ -111,7 +113,10 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, direct ? KSPPREONLY : s->symmetric ? KSPCG : KSPGMRES));
-  PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG)); /* masses make K well conditioned */
+  if (direct && size > 1 && !s->bound[0])
+    PetscCall(MPMStaticWholeCreate(s, pc));
+  else
+    PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG)); /* masses make K well conditioned */
   PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
   PetscCall(KSPGMRESSetRestart(ksp, 100));
   PetscCall(SNESSetFromOptions(s->snes));
@@ -123,8 +128,13 @@ static PetscErrorCode Build(struct MPMStatic *s)
 {
   const MPMCore *core = s->core;
   PetscInt       unknowns;
+  int            exponent;
 
   PetscFunctionBeginUser;
+  s->nominal = s->stiff / PetscSqr(MPMGridSmallestH(&core->grid)) * (core->grid.round ? 2 * PETSC_PI * core->grid.upper[0] : 1);
+  for (PetscInt d = 0; d < core->grid.dim; d++) s->nominal *= core->grid.h[d];
+  (void)frexp(s->nominal, &exponent);
+  s->grain = s->ghost > 0 ? ldexp(1, exponent - GRAIN) : 0; /* without springs there may be smaller entries */
   s->least = ROUNDING * s->stiff;
   for (PetscInt d = 1; d < core->grid.dim; d++) s->least *= MPMGridSmallestH(&core->grid);
   if (core->grid.round) s->least *= 2 * PETSC_PI * core->grid.upper[0];
@@ -198,15 +208,25 @@ PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds to *bytes what a matrix takes on all processes: a number and a column for each entry. */
-static PetscErrorCode AddBytes(Mat A, PetscReal *bytes)
+/* Sets *exact to whether the steps have the same bits on any number of processes: if the tangent and the residual have, and PETSc
+   does nothing with them but LU. Steps that are solved again with a line search have not. */
+static PetscErrorCode IsExact(const struct MPMStatic *s, PetscBool *exact)
 {
-  MatInfo info;
+  KSP            ksp, whole;
+  PC             pc;
+  SNESLineSearch how;
+  PetscBool      newton, basic, once, lu;
 
   PetscFunctionBeginUser;
-  if (!A) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
-  *bytes += PetscMax(info.nz_allocated, info.nz_used) * (sizeof(PetscScalar) + sizeof(PetscInt));
+  PetscCall(SNESGetKSP(s->snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(SNESGetLineSearch(s->snes, &how));
+  PetscCall(MPMStaticWholeSolver(pc, &whole));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->snes, SNESNEWTONLS, &newton));
+  PetscCall(PetscObjectTypeCompare((PetscObject)how, SNESLINESEARCHBASIC, &basic));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCLU, &lu));
+  *exact = s->grain > 0 && !s->M && newton && basic && once && (lu || whole) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -221,12 +241,13 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   SNESType                type;
   SNESLineSearch          search;
   SNESLineSearchType      how;
-  PetscReal               bytes = 0;
+  PetscReal               bytes, solver;
+  PetscBool               exact;
+  const char             *name;
 
   PetscFunctionBeginUser;
-  PetscCall(AddBytes(s->K, &bytes));
-  PetscCall(AddBytes(s->ghosts, &bytes));
-  PetscCall(AddBytes(s->M, &bytes));
+  PetscCall(MPMStaticMatrixBytes(s, PETSC_TRUE, &bytes));
+  PetscCall(MPMStaticForetellBytes(s, &solver));
   PetscCall(VecGetSize(s->u, &n));
   PetscCall(SNESGetType(s->snes, &type));
   PetscCall(SNESGetLineSearch(s->snes, &search));
@@ -235,10 +256,18 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   PetscCall(KSPGetType(ksp, &linear));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &with));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCSHELL, &exact));
+  if (exact) {
+    PetscCall(PCShellGetName(pc, &name));
+    with = name;
+  }
+  PetscCall(IsExact(s, &exact));
   PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB; snes %s with line search %s, ksp %s, pc %s; the same bits each time on "
-                     "as many processes\n",
-                     n, (double)(bytes / 1e6), type, how, linear, with));
+                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, ksp %s, pc %s; the same bits %s\n",
+                     n, (double)(bytes / 1e6), (double)(solver / 1e6), type, how, linear, with,
+                     exact && s->searches ? "on any number of processes, but where a step needs a line search"
+                     : exact         ? "on any number of processes"
+                                     : "each time on as many processes"));
   for (PetscInt k = 0; k < core->params.nmaterials; k++)
     if (!MPMTangentIsOwn(&core->params.materials[k]))
       PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n", core->params.materials[k].name));
@@ -248,27 +277,17 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
 PetscErrorCode MPMStaticReport(const MPMCore *core)
 {
   const struct MPMStatic *s = core->implicit;
-  PetscReal               bytes = 0;
-  PetscBool               lu, solved;
-  char                    factors[MPM_NAME_LEN] = "";
-  KSP                     ksp;
-  PC                      pc;
-  Mat                     F;
+  PetscReal               bytes;
+  PetscBool               known;
+  char                    took[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   if (!s || !s->solves) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SNESGetKSP(s->snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCLU, &lu));
-  PetscCall(KSPGetOperatorsSet(ksp, &solved, NULL)); /* not if the last solve found a bad state at once */
-  if (lu && solved) {
-    PetscCall(PCFactorGetMatrix(pc, &F));
-    PetscCall(AddBytes(F, &bytes));
-    (void)snprintf(factors, sizeof factors, "; factors of %.3g MB", (double)(bytes / 1e6));
-  }
+  PetscCall(MPMStaticSolverBytes(s, &bytes, &known));
+  if (known) (void)snprintf(took, sizeof took, "; pc took %.3g MB", (double)(bytes / 1e6));
   PetscCall(MPMPrint(&core->print,
                      "%-10s %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no %s, with %" PetscInt_FMT
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces%s\n",
-                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), factors));
+                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), took));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
