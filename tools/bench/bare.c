@@ -38,9 +38,9 @@ typedef struct {
 /* A block of whole cells. Place 0 is particle `from`, a multiple of W, so vectors of the block are vectors of the
    fields. */
 typedef struct {
-  MPMStencils  s;              /* of these the weights and the gradients, the latter per cell */
-  MPMRecords   r;              /* of P2G: what is multiplied by weights and gradients */
-  MPMComponent value[6], L[9]; /* of G2P: sum phi v, sum phi a, h times the velocity gradient */
+  MPMStencils  s;                             /* of these the weights and the gradients, the latter per cell */
+  MPMRecords   r;                             /* of P2G: what is multiplied by weights and gradients */
+  MPMComponent value[6], L[9];                /* of G2P: sum phi v, sum phi a, h times the velocity gradient */
   long         from, first, last, cell, next; /* particles first .. last-1 of cells cell .. next-1 */
 } Block;
 
@@ -105,7 +105,8 @@ MPM_INLINE void Records(int dim, const Body *body, Block *k)
 }
 
 /* Adds the sums of a cell's particles, places first .. last-1 of the block, to its nodes; the first one is `node`. */
-MPM_INLINE void SumCell(int dim, int ns, const Block *k, long first, long last, long row, long plane, double *node)
+MPM_INLINE void SumCell(int dim, int ns, const Block *k, PetscInt first, PetscInt last, long row, long plane,
+                        double *node)
 {
   const int rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
 
@@ -116,9 +117,9 @@ MPM_INLINE void SumCell(int dim, int ns, const Block *k, long first, long last, 
         MPMReal sum[16];
 
         for (int a = 0; a < planes * rows * ns; a++) sum[a] = MPMAll(0);
-        MPMAccumulate(dim, ns, (h + 1) * W > MPM_NODE_force, 0, 0, h, k0, j0, &k->s, &k->r, (PetscInt)first, (PetscInt)last, sum);
+        MPMAccumulate(dim, ns, (h + 1) * W > MPM_NODE_force, 0, 0, h, k0, j0, &k->s, &k->r, first, last, sum);
         for (int a = 0; a < planes * rows * ns; a++) {
-          double *to = node + (k0 + a / (rows * ns)) * plane + (j0 + a / ns % rows) * row + MPM_NODE_NC * (a % ns) + h * W;
+          double *to = node + (k0 + a / (rows * ns)) * plane + (j0 + a / ns % rows) * row + 8 * (a % ns) + h * W;
 
           MPMWrite(to, MPMRead(to) + sum[a]);
         }

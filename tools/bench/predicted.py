@@ -1,6 +1,5 @@
-"""The group `predicted` of tools/bench.py: how long each scene of options/ takes over what it said that it would take, with
-rough constants. A run that lasts long enough says so by its first steps; that is the whole run with output. Of others the
-line before the first step counts, and the time of the steps alone."""
+"""The group `predicted` of tools/bench.py: how long each scene of options/ takes, and what it said with rough constants: by
+its first steps of the whole run with output if that lasts long enough, else before the first step of the steps alone."""
 import glob
 import os
 import re
@@ -16,7 +15,7 @@ def of(out):
     before = re.search(r"^predict +([\d.e+]+) steps of (\S+) s: ", out, re.M)
     after = re.search(r"^predict +after \S+ s: .*, about ([\d.e+-]+) (second|minute|hour)s? in all", out, re.M)
     if after:
-        return float(re.search(r"^done .* in (\S+) s", out, re.M)[1]), float(after[1]) * UNITS[after[2]]
+        return sum(map(float, re.findall(r"^done .* in (\S+) s", out, re.M))), float(after[1]) * UNITS[after[2]]
     if not before:
         return None
     each, particles, steps = (float(re.search(pattern, out, re.M)[1]) for pattern in (

@@ -326,6 +326,7 @@ def numbers():
         "counts": str(len(data.rows("scaling/counts"))),
         "machine_real": find("scaling/machine", "value", "name")["program"],
         "short_runs": inside(short, 0.85, 1.15),
+        "told": inside([r["measured"] / r["predicted"] for r in data.rows("bench/predicted")], 0.67, 1.5),
         "two_below": inside(two, 0, 1.85),
         "over_bare": span(over_bare().values(), "{:.1f}"),
         "bench_when": find("bench/machine", "value", "group", name="when")["bare"][:10],
