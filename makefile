@@ -173,8 +173,8 @@ bare := $(widths:%=$(BUILD)/bare_%)
 peers := build/bench-venv
 bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes
 	@tools/install.sh run
-	-@$(if $(filter short,$(BENCH)),,test -d $(peers) || { $(python) -m venv $(peers) && \
-	  grep == tools/requirements-bench.txt | xargs -n 1 $(peers)/bin/pip install -q; })
+	-@$(if $(filter short,$(BENCH)),,{ test -d $(peers) || $(python) -m venv $(peers); } && \
+	  grep == tools/requirements-bench.txt | xargs -n 1 $(peers)/bin/pip install -q --disable-pip-version-check)
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare \
 	  --flags="$(strip $(flags)); of the bare kernels also $(bare.flags); of seed_serial $(notdir $(CC)) $(seed.flags)" \

@@ -228,7 +228,7 @@ def syntax(scene):
     yield "binary", b"\x7fELF\x02\x01\x01\x00" + data, r"^scene\.opts:1: not a text file"
     yield "binary", gzip.compress(data, mtime=0), r"^scene\.opts:\d+: "
     yield "binary", text.encode("utf-16"), r"^scene\.opts:1: "
-    yield "binary", bytes(random.Random(scene.name).randrange(256) for _ in range(5000)), r"^scene\.opts:\d+: "
+    yield "binary", random.Random(scene.name).randbytes(5000), r"^scene\.opts:\d+: "
     yield "byte-order mark", b"\xef\xbb\xbf" + data, r"^scene\.opts:1: starts with a byte-order mark"
 
 

@@ -160,6 +160,24 @@ def check_places():
     check.that(abs(apart / alone - 1) < 0.1 and 1.9 < near / alone < 4, f"nodes stored: {alone:.0f} without contact, {apart:.0f} of disks far apart, {near:.0f} near each other")
 
 
+def check_range():
+    """The second of two bodies that are near each other, without touching, stores the nodes around it alone. They follow it, also where it
+    passes many of its tiles in a step: it moves as it does alone, bit for bit, and so does the other one, which strikes a wall."""
+    for basis, gap in (("linear", 1.5), ("bspline3", 3.5)):
+        for speed, end in ((20, 4), (2000, 0.04)):
+            bodies = {"tall": ("m", [8, 0.25], [12, 94.25], [0, -1]), "small": ("m", [12 + gap, 6], [16 + gap, 10], [0, speed])}
+            more = ["-bc_ymin_type separate", "-dt_size 0.02", f"-time_end {end}", f"-method_basis {basis}", "-method_transfer flip"]
+            for first, second in (("tall", "small"), ("small", "tall")):
+                alone = [run(name, boxes(2, [24, 100], 1, {"m": (1, 100, 0.3)}, {name: bodies[name]}, *more))[0] for name in (first, second)]
+                lines = boxes(2, [24, 100], 1, {"m": (1, 100, 0.3)}, {name: bodies[name] for name in (first, second)}, *more)
+                both, done = run("range", lines, "-contact_mu", 0.3)
+                others = [run("range", lines, "-contact_mu", 0.3, *how, n=3)[1].digest for how in ([], ["-parallel_strategy", "pool"])] if basis == "linear" else []
+                wrong = [key for h, name in zip(alone, (first, second)) for key in h if key.endswith("_" + name) or f"_{name}_" in key if (h[key] != both[key]).any()]
+                stored = nodes_stored(done.out) / nodes_stored(run("one", lines, "-time_max_steps", 1)[1].out)
+                check.that(not wrong and stored < 1.5 + (second == "tall") and set(others) <= {done.digest},
+                           f"{basis}, {speed * 0.02:g} cells a step, {second} second: {stored:.2f} times the nodes, and both bodies move as alone{f', not {wrong}' if wrong else ''}")
+
+
 def check_glued():
     """Bodies in no contact move as one, as without contact; those in contact part."""
     lines = boxes(2, [24, 16], 0.1, {"m": (1000, 1e5, 0.3)},
@@ -315,6 +333,7 @@ check_disks()
 check_apart()
 check_alone()
 check_places()
+check_range()
 check_glued()
 check_beside()
 check_film()

@@ -1,7 +1,7 @@
 """The memory of the processes of a run: flat over many steps with migrations, for a process's own particles only, and as large as
 -dry_run predicts.
 
-usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large | share all
+usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large | share all | near all
 
 flat   a block drifts through a periodic grid, so that particles change process in most steps; history and snapshots are
        written on the way. The memory of each process is read all the time: pages of its own and shared ones, but not those
@@ -22,6 +22,8 @@ share  a column of elastic material is cut along its axis into one cube of cells
        particle of other processes, than a process among few: without snapshots and with two. Without snapshots a
        cell has one particle, so what a process had for each cell would show too. The memory that Open MPI shares among the
        processes of a machine is not counted: it grows with their number
+near   two small bodies in a corner of a large grid, in contact: where they touch, the largest memory of the process is larger than
+       where they are apart by less than half of what the nodes of the grid take, which a run tells
 """
 import os
 import re
@@ -236,7 +238,22 @@ def share(_):
                              f"{1e-6 * own[many]:.2f} of {many}, {more:.2f} B for each particle of the others")
 
 
+def near(_):
+    env, most = library("tell", TELL), {}
+    for name, gap in ("apart", 60), ("touching", 0):
+        bodies = [word for k, b in enumerate("ab") for word in (f"-body_{b}_shape", "box", f"-body_{b}_lower", f"4,{4 + k * (16 + gap)}", f"-body_{b}_upper",
+                                                                f"20,{20 + k * (16 + gap)}", f"-body_{b}_material", "m")]
+        run = check.run([check.program, "-dim", 2, "-grid_lower", "0,0", "-grid_upper", "700,700", "-grid_cells", "700,700", "-materials", "m",
+                         "-material_m_model", "neohookean", "-material_m_rho", 1, "-material_m_E", 1, "-material_m_nu", 0.3, "-bodies", "a,b", *bodies,
+                         "-contact_mu", 0.3, "-time_end", 1e6, "-time_max_steps", 10, "-output_format", "none", "-report_indicator", "false", "-output_dir", "."], 1, 300, env=env)
+        check.need(run.good, f"near: {run.said[-500:]}")
+        most[name] = told_sizes(run, "VmHWM", 1)[0]
+    grid = 700 ** 2 * int(run.find(r", (\d+) B/node"))
+    more = most["touching"] - most["apart"]
+    check.that(more < 0.5 * grid, f"bodies in a corner: {1e-6 * most['apart']:.1f} MB where they are apart, {1e-6 * more:.1f} more where they touch; nodes of the whole grid take {1e-6 * grid:.1f}")
+
+
 mpi.STARTER = None  # whose copies share its memory
 words = check.arguments(__doc__, 2)
-{"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak, "share": share}[words[0]](words[1])
+{"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak, "share": share, "near": near}[words[0]](words[1])
 check.end()

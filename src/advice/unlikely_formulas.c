@@ -152,8 +152,8 @@ PetscBool MPMUnlikely_formula_slow(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (!f.value) return PETSC_FALSE;
   now   = Most(look, &f, 0, end / TIMES, TIMES + 1, &least);
-  later = Most(look, &f, end, 31.4159 * end, TIMES, &least); /* until 2000 times as late */
-  last  = Most(look, &f, end, 3141.59 * end, TIMES, &least);
+  later = Most(look, &f, end, 27182.8 * end, TIMES, &least); /* until a million times as late */
+  last  = Most(look, &f, end, 26180340 * end, TIMES, &least);
   if (!(now >= 0 && later > 0 && last > 0 && last < 1.1 * later)) return PETSC_FALSE;
   odd->ratio = now / last;
   MPMUnlikelyWrite(odd->other, end);
@@ -167,7 +167,7 @@ PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal  dt = look->core->implicit ? look->time->fixed : look->dt, end = look->time->end;
   PetscReal        start, least, most;
 
-  if (!f.value || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) || end < 10 * dt) return PETSC_FALSE;
+  if (!f.value || strpbrk(odd->value, "<>?") || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) || end < 10 * dt) return PETSC_FALSE;
   start = Most(look, &f, 0, 0, 1, &least);
   most  = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
   odd->ratio = most > 0 && least > (1 - 1e-9) * most && start >= 0 && start < 0.5 * most ? 1 : 0;

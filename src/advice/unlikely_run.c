@@ -177,6 +177,11 @@ PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd
   return MPMUnlikelyGiven("acceleration", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return MPMUnlikely_gravity_twice(look, k, odd);
+}
+
 /* Finds a function of an angle of a plain number in the options, as in tan(20). */
 PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

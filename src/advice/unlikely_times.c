@@ -2,6 +2,9 @@
 #include <strings.h>
 #include "advice/unlikely.h"
 
+#define FALLS 50   /* through the grid, or flights, which a run may last */
+#define WAVES 1000 /* through the matter, likewise */
+
 /* Returns the longest time that what moves needs: through the grid at its speed, in a fall, or, as waves do, through the matter. */
 static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WORDS])
 {
@@ -23,16 +26,16 @@ static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WO
     if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES) && speed > 0) slowest = PetscMin(slowest, speed);
   }
   longest = MPMUnlikelyExtent(look, -1, -1) / look->c;
-  *whole  = 500 * longest;
+  *whole  = WAVES * longest;
   (void)snprintf(text, MPM_WORDS, "as long as a wave needs through the matter, %.3g s", (double)longest);
-  if (look->g > 0 && 20 * PetscSqrtReal(2 * size / look->g) > *whole) {
+  if (look->g > 0 && FALLS * PetscSqrtReal(2 * size / look->g) > *whole) {
     longest = PetscSqrtReal(2 * size / look->g);
-    *whole  = 20 * longest;
+    *whole  = FALLS * longest;
     (void)snprintf(text, MPM_WORDS, "as long as a fall through the grid, %.3g s", (double)longest);
   }
-  if (20 * size / slowest > *whole) {
+  if (FALLS * size / slowest > *whole) {
     longest = size / slowest;
-    *whole  = 20 * longest;
+    *whole  = FALLS * longest;
     (void)snprintf(text, MPM_WORDS, "as long as the slowest motion needs through the grid, %.3g s", (double)longest);
   }
   return longest;

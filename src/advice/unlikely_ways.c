@@ -4,7 +4,7 @@
 #include "advice/unlikely.h"
 #include "physics/rigid.h"
 
-#define PARTS  200 /* of the time of the run, in which the ways are looked at */
+#define PARTS  400 /* of the time of the run, in which the ways are looked at, the first ones the shortest */
 #define NEAR   1   /* cells: bodies share nodes from there on, */
 #define AT     0.1 /* and walls that only push act on what arrives at them */
 #define ALL    7   /* axes */
@@ -17,6 +17,14 @@ typedef struct {
   PetscInt       held;
   PetscReal      lower[3], upper[3], way[PARTS + 1][3];
 } Thing;
+
+/* Returns the time after k parts, s: of a run that is far too long its beginning is looked at too. */
+static PetscReal After(const MPMLook *look, PetscInt k)
+{
+  const PetscReal part = (PetscReal)k / PARTS;
+
+  return look->time->end * part * part * part;
+}
 
 /* Returns the mean velocity of a body at the start, m/s; 0 where it only turns or vibrates. */
 static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscReal mean[3])
@@ -43,13 +51,12 @@ static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const 
 static void Go(const MPMLook *look, Thing *t)
 {
   const PetscInt  dim   = look->core->grid.dim;
-  const PetscReal part  = look->time->end / PARTS;
   const PetscBool falls = t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_FALSE : PETSC_TRUE;
   PetscReal       v[9] = {0};
 
   if (t->body->rigid != MPM_RIGID_MOVING) Mean(t->body, dim, t->lower, t->upper, v);
   for (PetscInt k = 1; k <= PARTS; k++) {
-    const PetscReal time = part * (PetscReal)k, x[3] = {0};
+    const PetscReal time = After(look, k), part = time - After(look, k - 1), x[3] = {0};
 
     if (t->body->rigid == MPM_RIGID_MOVING && t->body->velocity && MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v)) return;
     for (PetscInt d = 0; d < dim; d++)
@@ -156,7 +163,7 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
       if (grid->periodic[d] || (grid->round && !face)) continue;
       if (type == MPM_WALL_free && gap < -0.5 && !t->rigid) {
         w->face = face;
-        w->t    = look->time->end * (PetscReal)p / PARTS;
+        w->t    = After(look, p);
         return;
       }
       if (type == MPM_WALL_free || !(toward > 0)) continue;
@@ -337,16 +344,37 @@ PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
+/* Finds an axis along which the only load acts and no wall that the only body touches holds it. */
 PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  const MPMGrid *grid = &look->core->grid;
   const MPMLoad *load = &look->scene->loads[k];
+  PetscReal      value[9] = {0}, x[3] = {0}, force[3] = {0}, most = 0;
 
-  if (look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n || look->g > 0 || look->scene->acceleration || look->core->stages.n ||
+  if (look->core->implicit || look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n || look->g > 0 || look->scene->acceleration || look->core->stages.n ||
       load->type == MPM_LOAD_TORQUE || (load->type != MPM_LOAD_FORCE && load->sides & (load->sides - 1)))
     return PETSC_FALSE;
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (look->scene->walls.given[face / 2][face % 2].type != MPM_WALL_free) return PETSC_FALSE;
-  odd->ratio = 1;
+  for (PetscInt d = 0; d < grid->dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
+  if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    if (grid->periodic[d]) return PETSC_FALSE;
+    force[d] = load->type != MPM_LOAD_PRESSURE ? value[d] : load->sides == (PetscInt)1 << 2 * d ? 1 : load->sides == (PetscInt)1 << (2 * d + 1) ? -1 : 0;
+    most     = PetscMax(most, PetscAbsReal(force[d]));
+  }
+  for (PetscInt d = grid->round ? 1 : 0; d < grid->dim; d++) {
+    PetscBool held = PetscAbsReal(force[d]) > 1e-6 * most ? PETSC_FALSE : PETSC_TRUE;
+
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscInt  e    = face / 2;
+      const MPMWall   type = look->scene->walls.given[e][face % 2].type;
+      const PetscReal gap  = (face % 2 ? grid->upper[e] - look->highest[e] : look->lowest[e] - grid->lower[e]) - look->scene->walls.place[face];
+
+      if (gap < NEAR * grid->h[e] && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
+    }
+    if (held) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->meant, MPM_WORDS, "%c", "xyz"[d]);
+  }
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }

@@ -40,3 +40,13 @@ void MPMGivePagesBack(void *memory, size_t bytes)
   (void)bytes;
 #endif
 }
+
+/* Allocates zeroed memory that takes pages only where something is written to it: to memory that was used before, calloc
+   writes zeroes everywhere. Not collective. */
+PetscErrorCode MPMPagesCalloc(size_t bytes, void *memory)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(bytes, (char **)memory));
+  MPMGivePagesBack(*(char **)memory, bytes);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

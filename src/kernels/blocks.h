@@ -40,8 +40,8 @@ typedef struct {
   MPMComponent    w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
   MPMAxis         axis[3];
   PetscInt        kind[MPM_BLOCK];
-  PetscReal       stride; /* from a place of copies of the nodes to the next one, in the patch's arrays */
-  const PetscInt *place;  /* of each copy */
+  PetscReal       stride; /* from a node to the next one on the axis of the copies' places, in the patch's arrays; 0: one place */
+  const PetscInt *place, *first; /* of each copy; of each place, as MPMGrid has them */
   PetscBool       walled; /* some particle has weights that a wall changes */
 } MPMStencils;
 

@@ -1,6 +1,7 @@
 /* light.c - light nodes: how they are found, and how the next nodes carry them; light.h says why. All that a patch
    needs of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not
    depend on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
+#include "base/pages.h"
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
 #include "kernels/round.h"
@@ -32,12 +33,13 @@ MPM_INLINE void Occupied(const MPMPatch *patch, PetscInt j, PetscInt k, PetscInt
 
 PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
 {
-  const PetscInt rows = patch->n[1] * patch->n[2];
+  const PetscInt rows  = patch->n[1] * patch->n[2];
+  const size_t   nodes = (size_t)(patch->n[0] * rows);
 
   PetscFunctionBeginUser;
   if (!light->mass) {
-    PetscCall(PetscCalloc1(patch->n[0] * rows, &light->mass));
-    PetscCall(PetscCalloc1(MPM_LIGHT_GIVEN * patch->n[0] * rows, &light->given));
+    PetscCall(MPMPagesCalloc(nodes * sizeof *light->mass, &light->mass));
+    PetscCall(MPMPagesCalloc(nodes * MPM_LIGHT_GIVEN * sizeof *light->given, &light->given));
     PetscCall(PetscCalloc1(rows, &light->filled));
   }
   MPM_FOR_OWN_ROWS(patch, r)
@@ -253,11 +255,12 @@ static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, Pets
 
   Place(patch, node, ijk);
   for (int d = 0; d < 3; d++) {
-    ijk[d] += patch->lo[d];
+    const PetscInt at = MPMGridFold(patch->grid, d, ijk[d] += patch->lo[d]);
+
     for (int side = 0; side < 2 && d < dim; side++) {
       const MPMFace *f = &par->walls->given[d][side];
 
-      if (!AtFace(f, side, patch->grid->cells[d], MPMGridFold(patch->grid, d, ijk[d]), PETSC_FALSE)) continue;
+      if (!AtFace(f, side, patch->grid->cells[d], at, PETSC_FALSE)) continue;
       held |= MPMWallHas(f->type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) ? (1 << dim) - 1 : 1 << d;
     }
   }

@@ -11,12 +11,19 @@
 MPM_INLINE void MPMStageKind(int dim, const MPMParams *par, const MPMKind *k, PetscInt first, PetscInt last,
                              MPMStencils *s)
 {
+  const PetscReal m = k->m, V0 = k->V0, copy = (PetscReal)s->first[s->place[k->copy]] * s->stride;
+  const PetscReal has_F = par->materials[k->material].state & MPM_BIT(F) ? 1 : 0;
+
   for (PetscInt l = first; l < last; l++) {
-    s->m[l]     = k->m;
-    s->V0[l]    = k->V0;
-    s->copy[l]  = (PetscReal)s->place[k->copy] * s->stride;
-    s->has_F[l] = par->materials[k->material].state & MPM_BIT(F) ? 1 : 0;
-    for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
+    s->m[l]     = m;
+    s->V0[l]    = V0;
+    s->copy[l]  = copy;
+    s->has_F[l] = has_F;
+  }
+  for (int d = 0; d < dim; d++) {
+    const PetscReal half = k->l[d];
+
+    for (PetscInt l = first; l < last; l++) s->l[d][l] = half;
   }
 }
 
@@ -32,12 +39,15 @@ MPM_INLINE void MPMStageKinds(int dim, const MPMParams *par, const MPMPatch *pat
     for (PetscInt l = 0; l < full; l++) changed |= kinds[o->particle[0] + l] ^ s->kind[l];
     if (!changed) return;
   }
-  for (PetscInt l = 0; l < o->lanes; l++) {
+  for (PetscInt l = 0, end; l < o->lanes; l = end) { /* for a sequence of particles of a kind at a time */
     const PetscInt kind = kinds[o->particle[l]];
 
-    if (kind == s->kind[l]) continue;
-    s->kind[l] = kind;
-    MPMStageKind(dim, par, par->kinds + kind, l, l + 1, s);
+    changed = 0;
+    for (end = l; end < o->lanes && kinds[o->particle[end]] == kind; end++) {
+      changed |= kind ^ s->kind[end];
+      s->kind[end] = kind;
+    }
+    if (changed) MPMStageKind(dim, par, par->kinds + kind, l, end, s);
   }
 }
 
@@ -48,7 +58,8 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
 
   memset(s, 0, sizeof *s);
   s->place  = grid->place;
-  s->stride = grid->places > 1 ? (PetscReal)grid->stride : 0;
+  s->first  = grid->first;
+  s->stride = grid->places > 1 ? 1 : 0;
   for (PetscInt d = 0; d < grid->stack; d++) s->stride *= (PetscReal)patch->n[d];
   MPMStageKind(dim, par, par->kinds, 0, MPM_BLOCK, s);
   for (int d = 0; d < dim; d++) {

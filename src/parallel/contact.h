@@ -56,12 +56,18 @@ typedef struct {
   PetscBool held, slips; /* slips: a fluid there is too far from what it sticks to */
 } MPMContactColumn;
 
-/* Tiles of the grid on each axis, n; of each copy bits of those with particles, [copies][words] of 64 bits; and the box
-   around them: minus the lowest on each axis, the highest. */
+/* An own tile of the patch with particles of one copy, and where it is among those of the grid. */
 typedef struct {
-  PetscInt  n[3], words;
+  PetscInt tile, copy, at[3];
+} MPMContactTile;
+
+/* Tiles of the grid on each axis, n; of each copy bits of those with particles, [copies][words] of 64 bits; and the box
+   around them: minus the lowest on each axis, the highest. beside: own tiles next to tiles of other copies. */
+typedef struct {
+  PetscInt  n[3], words, nbeside, room;
   uint64_t *bits;
   PetscInt (*box)[6];
+  MPMContactTile *beside;
 } MPMContactTiles;
 
 typedef struct {
@@ -70,7 +76,8 @@ typedef struct {
   PetscInt          shared;      /* the copy of all bodies that no contact names, or -1 */
   PetscBool         near;        /* are particles of two copies near each other? then `tiles` are those of all processes */
   PetscBool         beside;      /* it has been said that bodies lie beside each other, seen along the axis that is given */
-  PetscInt          clear;       /* cells by which bodies may approach each other before tiles have to be looked at again, */
+  PetscInt          clear;       /* until bodies approach each other by so many cells, tiles need not be looked at again, */
+  PetscReal         moved;       /* cells that a particle may have moved since they were; */
   PetscInt64        waiting;     /* as long as so many particles have not flowed in yet */
   MPMContactTiles   tiles;
   MPMPair          *pair;        /* [npairs] */

@@ -1,5 +1,6 @@
 /* exchange.c - what the ways to run a step share: they run a phase on the patch of this process. */
 #include "base/message.h"
+#include "base/pages.h"
 #include "parallel/exchange.h"
 #include "particles/poison.h"
 
@@ -12,6 +13,22 @@ PetscInt MPMExchangeLines(const MPMCore *core)
   return lines;
 }
 
+/* Creates a local vector of the motion of nodes, or of their state, which takes pages only where particles are. */
+static PetscErrorCode CreateMotion(MPMExchange *ex, const char name[], Vec *v)
+{
+  PetscScalar *numbers;
+  PetscInt     n;
+
+  PetscFunctionBeginUser;
+  PetscCall(DMCreateLocalVector(ex->da, v));
+  PetscCall(PetscObjectSetName((PetscObject)*v, name));
+  PetscCall(VecGetLocalSize(*v, &n));
+  PetscCall(VecGetArray(*v, &numbers));
+  MPMGivePagesBack(numbers, (size_t)n * sizeof *numbers);
+  PetscCall(VecRestoreArray(*v, &numbers));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
 {
   MPMExchange   *ex    = &core->exchange;
@@ -21,11 +38,9 @@ PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], Pet
   PetscCall(MPMGridCreateDM(&core->grid, ex->data, core->params.light > 0 ? PetscMax(reach, MPM_LIGHT_LAYERS) : reach,
                             parts, widths, &ex->da));
   PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da, lines));
-  PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
-  PetscCall(PetscObjectSetName((PetscObject)ex->motion, "motion"));
+  PetscCall(CreateMotion(ex, "motion", &ex->motion));
   if (core->grid.total || core->implicit) {
-    PetscCall(DMCreateLocalVector(ex->da, &ex->state));
-    PetscCall(PetscObjectSetName((PetscObject)ex->state, "state"));
+    PetscCall(CreateMotion(ex, "state", &ex->state));
     PetscCall(VecGetArray(ex->state, &ex->patch.state)); /* as long as there is the vector */
   }
   for (PetscInt line = 0; line < lines; line++)

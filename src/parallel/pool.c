@@ -123,6 +123,8 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   PetscCall(PetscArraycpy(job.tiles, all->tiles.n, 3));
   PetscCall(PetscArraycpy(job.first, c->first, 3));
   PetscCall(PetscArraycpy(job.place, core->grid.place, MPM_MAX_COPIES));
+  PetscCall(PetscArraycpy(job.low, core->grid.low, MPM_MAX_COPIES));
+  PetscCall(PetscArraycpy(job.high, core->grid.high, MPM_MAX_COPIES));
   Arrays(&all->particles, at);
   if (c->n > slot->capacity) {
     slot->capacity = c->n * 5 / 4 + 64;

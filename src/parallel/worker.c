@@ -207,6 +207,8 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     core->params.push = job.push;
     core->grid.places = job.places;
     PetscCall(PetscArraycpy(core->grid.place, job.place, MPM_MAX_COPIES));
+    PetscCall(PetscArraycpy(core->grid.low, job.low, MPM_MAX_COPIES));
+    PetscCall(PetscArraycpy(core->grid.high, job.high, MPM_MAX_COPIES));
     MPMGridSetNodes(&core->grid, core->basis);
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);

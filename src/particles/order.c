@@ -1,6 +1,7 @@
 /* order.c - the order of the particles: `order` [n] lists them by (cell, id), and kernels visit them in this sequence,
    whatever the sequence of the storage is. Now and then the storage itself is put in order, since it is then read
    faster. The order is made after each step in which particles changed cell. */
+#include "base/pages.h"
 #include "kernels/cell.h"
 #include "particles/box.h"
 #include "particles/particles.h"
@@ -221,9 +222,10 @@ PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 
   PetscFunctionBeginUser;
   if (particles->nstart < ncells + 2) {
-    PetscCall(PetscFree2(particles->start, particles->incoming));
-    PetscCall(PetscMalloc2(ncells + 2, &particles->start, ncells + 2, &particles->incoming));
-    PetscCall(PetscArrayzero(particles->incoming, ncells + 2));
+    PetscCall(PetscFree(particles->start));
+    PetscCall(PetscFree(particles->incoming));
+    PetscCall(PetscMalloc1(ncells + 2, &particles->start));
+    PetscCall(MPMPagesCalloc((size_t)(ncells + 2) * sizeof *particles->incoming, &particles->incoming));
     particles->nstart  = ncells + 2;
     particles->nmovers = -1;
   }

@@ -1,4 +1,5 @@
 /* patch.c - the box of a patch on the DMDA, and the memory of its nodes. */
+#include "base/pages.h"
 #include "particles/box.h"
 
 /* Sets the boxes of a patch from the DMDA: its own nodes are those of this process, and its arrays also have the ghost
@@ -23,9 +24,9 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   nodes   = patch->n[0] * patch->n[1] * patch->n[2];
   sums    = (size_t)lines * (size_t)nodes * sizeof(MPMNode);
   numbers = MPMNodeNumbers(grid->dim, lines) - MPM_MOTION_NC(grid->dim);
-  PetscCall(PetscCalloc1((size_t)numbers * (size_t)nodes * sizeof(PetscReal) +
-                             (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
-                         (char **)&patch->memory));
+  PetscCall(MPMPagesCalloc((size_t)numbers * (size_t)nodes * sizeof(PetscReal) +
+                               (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
+                           &patch->memory));
   patch->tiles.lines = lines;
   patch->node        = (MPMNode *)MPMAlign(patch->memory);
   value              = (PetscReal *)((char *)patch->node + sums);

@@ -303,7 +303,8 @@ PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
   PetscCall(PetscFree(particles->spare));
   PetscCall(PetscFree(particles->movers));
   PetscCall(PetscFree(particles->copy));
-  PetscCall(PetscFree2(particles->start, particles->incoming));
+  PetscCall(PetscFree(particles->start));
+  PetscCall(PetscFree(particles->incoming));
   PetscCall(DMDestroy(&particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,7 +18,14 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
   }
   if (grid->copies < 2) return;
   grid->stride = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
-  if (grid->places > 1) grid->nodes[grid->stack] = grid->places * grid->stride;
+  if (grid->places < 2) return;
+  grid->nodes[grid->stack] = grid->stride;
+  for (PetscInt p = 1; p < grid->places; p++) {
+    const PetscInt n = grid->high[p] - grid->low[p] + 2 * MPM_GRID_APART;
+
+    grid->first[p] = grid->nodes[grid->stack] - grid->low[p];
+    grid->nodes[grid->stack] += grid->high[p] ? (n + TILES - 1) / TILES * TILES : grid->stride;
+  }
 }
 
 /* Returns the nodes in the arrays of a process that has the whole grid: with the layers beyond walls, and with ghost

@@ -12,14 +12,17 @@ extern const char *const MPMBasisNames[]; /* [MPMBasis] */
    a periodic axis node `cells` is node 0 again.
 
    Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, which have `places` one
-   after the other along axis `stack`, where node i of copy c has the number i + place[c] stride. Copies that are far
-   from each other share a place (step/contact_tiles.c), so there are as many places as are near each other. Numbers of
+   after the other along axis `stack`, where node i of copy c has the number MPMGridFirst + i. Copies that are far from
+   each other share a place (step/contact_places.c), so there are as many places as are near each other. The first place
+   has all nodes, another one only low .. high-1 on axis `stack`, among which its copies have their matter. Numbers of
    nodes and of cells are such ones, and MPMGridFold finds where one lies; the DMDA, its cuts, tiles and messages know
    nothing of copies. */
 typedef struct {
   PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
-  PetscInt  copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
+  PetscInt  copies, stack, stride; /* copies is 0 or 1 where all bodies share the nodes; stride: nodes of a whole place */
   PetscInt  places, place[MPM_MAX_COPIES];      /* places is 0 or 1 where all copies are at the same one */
+  PetscInt  low[MPM_MAX_COPIES], high[MPM_MAX_COPIES]; /* of each place; high 0: it has all nodes */
+  PetscInt  first[MPM_MAX_COPIES];                     /* the number that node 0 of a place has or would have */
   PetscReal lower[3], upper[3], h[3];           /* m */
   PetscBool periodic[3];
   PetscBool round; /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
@@ -32,13 +35,16 @@ typedef struct {
 /* Returns the place of the copies that number i of a node on the stacked axis belongs to. */
 MPM_INLINE PetscInt MPMGridPlace(const MPMGrid *grid, PetscInt i)
 {
-  return grid->places > 1 ? (i + MPM_GRID_APART) / grid->stride : 0;
+  PetscInt place = PetscMax(1, grid->places) - 1;
+
+  while (place > 0 && i < grid->first[place] + grid->low[place] - MPM_GRID_APART) place--;
+  return place;
 }
 
 /* Returns the number on axis d of the node 0 of a place; of a copy. */
 MPM_INLINE PetscInt MPMGridFirstOf(const MPMGrid *grid, PetscInt d, PetscInt place)
 {
-  return place && d == grid->stack ? place * grid->stride : 0;
+  return place && d == grid->stack ? grid->first[place] : 0;
 }
 
 MPM_INLINE PetscInt MPMGridFirst(const MPMGrid *grid, PetscInt d, PetscInt copy)
@@ -55,7 +61,7 @@ MPM_INLINE void MPMGridNodeAt(const MPMGrid *grid, const PetscInt ijk[], PetscRe
 /* Returns where on axis d of the grid a node with the number i there is. */
 MPM_INLINE PetscInt MPMGridFold(const MPMGrid *grid, PetscInt d, PetscInt i)
 {
-  return d == grid->stack ? i - MPMGridPlace(grid, i) * grid->stride : i;
+  return d == grid->stack && grid->places > 1 ? i - MPMGridFirstOf(grid, d, MPMGridPlace(grid, i)) : i;
 }
 
 void      MPMGridSetNodes(MPMGrid *, MPMBasis);    /* sets layers and nodes from the other members */

@@ -85,8 +85,8 @@ MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
 }
 
 /* Returns the number of the nodes of a face with normal `axis`, those of all places of copies, or the largest there can
-   be of these; and which of them node ijk [dim] of the grid lies over: those beyond the edges of the face count to the
-   edges. Across a periodic axis the last is the first one again. */
+   be of these; and which of them a node of a place that is at [dim] of the grid, or node ijk [dim], lies over: those
+   beyond the edges of the face count to the edges. Across a periodic axis the last is the first one again. */
 MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis, PetscBool most)
 {
   PetscInt n = PetscMax(1, most ? grid->copies : grid->places);
@@ -95,18 +95,26 @@ MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis, PetscBool m
   return n;
 }
 
-MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
+MPM_INLINE PetscInt MPMFaceNodeOf(const MPMGrid *grid, PetscInt axis, PetscInt place, const PetscInt at[])
 {
-  PetscInt at = MPMGridPlace(grid, ijk[grid->stack]);
+  PetscInt node = place;
 
   for (PetscInt d = grid->dim - 1; d >= 0; d--) {
-    const PetscInt cells = grid->cells[d], i = MPMGridFold(grid, d, ijk[d]);
+    const PetscInt cells = grid->cells[d];
 
     if (d == axis) continue;
-    at = grid->periodic[d] ? at * cells + (i % cells + cells) % cells
-                           : at * (cells + 1) + PetscClipInterval(i, 0, cells);
+    node = grid->periodic[d] ? node * cells + (at[d] % cells + cells) % cells
+                             : node * (cells + 1) + PetscClipInterval(at[d], 0, cells);
   }
-  return at;
+  return node;
+}
+
+MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
+{
+  PetscInt at[3] = {0};
+
+  for (PetscInt d = 0; d < grid->dim; d++) at[d] = MPMGridFold(grid, d, ijk[d]);
+  return MPMFaceNodeOf(grid, axis, MPMGridPlace(grid, ijk[grid->stack]), at);
 }
 
 /* Sets where the wall of face k is along its normal, m, and the sign of a distance from it into the grid. */

@@ -41,9 +41,12 @@ static PetscErrorCode PlaceRowsCreate(const MPMCore *core, PetscInt place, Place
   PetscFunctionBeginUser;
   MPMNodesBetween(grid, extent);
   for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt end = place && d == grid->stack ? PetscMin(grid->high[place], (PetscInt)extent[2 - d])
+                                                   : (PetscInt)extent[2 - d];
+
     from[d] = patch->own_lo[d] - MPMGridFirstOf(grid, d, place);
-    lo[d]   = PetscMax(from[d], 0);
-    n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
+    lo[d]   = PetscMax(from[d], place && d == grid->stack ? grid->low[place] : 0);
+    n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], end) - lo[d]);
     from[d] += patch->lo[d] - patch->own_lo[d];
   }
   PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));

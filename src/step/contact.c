@@ -35,6 +35,7 @@ PetscErrorCode MPMContactsDestroy(MPMCore *core)
   PetscCall(PetscFree(c->column));
   PetscCall(PetscFree(c->tiles.bits));
   PetscCall(PetscFree(c->tiles.box));
+  PetscCall(PetscFree(c->tiles.beside));
   PetscCall(PetscFree(core->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -378,12 +378,13 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(MakeSites(&s));
   PetscCall(MPMContactColumns(core));
   PetscCall(NoteCoarse(&s));
-  if (core->params.light > 0) PetscCall(MarkTouching(&s));
+  if (core->params.light > 0 && s.c->nnodes) PetscCall(MarkTouching(&s));
   PetscCall(PetscFree(s.key));
   PetscCall(PetscFree(s.normal));
   PetscCall(PetscFree(s.wanted));
   PetscCall(PetscFree(s.mixed));
   PetscCall(PetscFree(s.first));
+  PetscCall(PetscFree(s.box));
   PetscCall(PetscFree(s.faces));
   PetscCall(PetscFree(s.fit));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &s.view));

@@ -3,26 +3,8 @@
    cells near a cell with particles of the other: contact_tiles.c has found these tiles. */
 #include "step/contact_search.h"
 
-/* Returns the copy of the particles of an own tile, and sets at [3] to where it is: copies at the same place of the grid have
-   none in the same tile. */
-static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
-{
-  const MPMCore  *core = s->core;
-  const MPMTiles *t    = &core->exchange.patch.tiles;
-  const int       dim  = (int)core->grid.dim;
-  PetscInt        in   = 0;
-
-  MPMContactTilePlace(core, tile, at);
-  if (core->grid.copies < 2) return 0;
-  for (;; in++) {
-    const PetscInt *cell = TileRow(dim, t, tile, in);
-
-    if (cell[0] < cell[1 << t->bits])
-      return MPMKindOf(core->params.kinds, &s->view, core->particles.order[cell[0]])->copy;
-  }
-}
-
-/* Finds the cells that have particles: a bit for each of a tile, which has 64 at most. Collective on exchange.data. */
+/* Finds the cells that have particles, of tiles beside those of other copies: a bit for each of a tile, which has 64 at most.
+   Collective on exchange.data. */
 static PetscErrorCode FindCells(Search *s)
 {
   const MPMGrid  *grid = &s->core->grid;
@@ -33,14 +15,11 @@ static PetscErrorCode FindCells(Search *s)
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
-  for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
-    PetscInt  at[3], copy;
-    uint64_t *cells;
+  for (const MPMContactTile *q = s->c->tiles.beside; q < s->c->tiles.beside + s->c->tiles.nbeside; q++) {
+    uint64_t *cells = s->cells + q->copy * all + (q->at[2] * n[1] + q->at[1]) * n[0] + q->at[0];
 
-    copy  = TilePlace(s, tile, at);
-    cells = s->cells + copy * all + (at[2] * n[1] + at[1]) * n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
-      const PetscInt *cell = TileRow(dim, t, tile, in);
+      const PetscInt *cell = TileRow(dim, t, q->tile, in);
 
       for (PetscInt i = 0; i < edge; i++)
         if (cell[i] < cell[i + 1]) *cells |= (uint64_t)1 << (in * edge + i);
@@ -87,14 +66,15 @@ static void SpreadAll(const PetscInt n[], const PetscInt before[], const PetscIn
   for (PetscInt j = 0; j < n[1]; j++) Spread(n[2], MOST_AROUND, before[2], after[2], rows[0] + j);
 }
 
-/* Finds that for the tile at place `at` [3]. */
-static void LookAround(const Search *s, PetscInt copy, const PetscInt at[], Around *r)
+/* Finds that for the tile at place `at` [3]; returns whether there is any. */
+static PetscBool LookAround(const Search *s, PetscInt copy, const PetscInt at[], Around *r)
 {
   const MPMGrid  *grid = &s->core->grid;
   const PetscInt *tiles = s->c->tiles.n, bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits;
   const uint64_t *cells   = s->cells + copy * tiles[0] * tiles[1] * tiles[2];
   const PetscInt  zero[3] = {0, 0, 0};
   PetscInt        n[3], tile[3][MOST_AROUND], bit[3][MOST_AROUND], reach[3], i[3];
+  PetscBool       any = PETSC_FALSE;
 
   for (PetscInt d = 0, stride = 1; d < 3; stride *= tiles[d++]) {
     r->reach[d] = d < grid->dim ? MPMBasisNodes(s->core->basis) : 0;
@@ -114,10 +94,12 @@ static void LookAround(const Search *s, PetscInt copy, const PetscInt at[], Arou
       for (i[0] = 0; i[0] < n[0]; i[0]++)
         if (tile[0][i[0]] >= 0 && tile[1][i[1]] >= 0 && tile[2][i[2]] >= 0 &&
             cells[tile[0][i[0]] + tile[1][i[1]] + tile[2][i[2]]] >> (bit[0][i[0]] + bit[1][i[1]] + bit[2][i[2]]) & 1)
-          r->near[i[2]][i[1]] |= (uint32_t)1 << i[0];
+          r->near[i[2]][i[1]] |= (uint32_t)1 << i[0], any = PETSC_TRUE;
+  if (!any) return PETSC_FALSE;
   memcpy(r->touched, r->near, sizeof r->touched);
   SpreadAll(n, r->reach, r->reach, r->near);
   SpreadAll(n, reach, zero, r->touched);
+  return PETSC_TRUE;
 }
 
 /* Returns whether cell `in` of the tile is near matter of the other copy, and sets the nodes of its stencil (bits) that this
@@ -145,6 +127,19 @@ static PetscErrorCode MakeRoom(Search *s, PetscInt n)
   PetscCall(PetscRealloc((size_t)s->most * sizeof *s->wanted, &s->wanted));
   PetscCall(PetscRealloc((size_t)s->most * sizeof *s->mixed, &s->mixed));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the nodes of the particles of a tile to a box. */
+static void Extend(const MPMTiles *t, PetscInt tile, Box *box)
+{
+  const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+
+  for (PetscInt d = 0; d < 3; d++) {
+    const MPMTileBox *nodes = &t->box[d][at[d]];
+
+    box->lo[d] = PetscMin(box->lo[d], nodes->at);
+    box->hi[d] = PetscMax(box->hi[d], nodes->at + nodes->end);
+  }
 }
 
 /* Returns whether a tile at place `at` [3] may have particles near a rigid body. */
@@ -185,9 +180,10 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
 
   PetscFunctionBeginUser;
   for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
-    PetscInt at[3];
+    const PetscInt before = s->nwanted;
+    PetscInt       at[3];
 
-    if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
+    if (MPMContactTileCopy(s->core, &s->view, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = TileRow(dim, t, tile, in);
 
@@ -198,6 +194,7 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
           s->wanted[s->nwanted++] = s->core->particles.order[q];
         }
     }
+    if (s->nwanted > before) Extend(t, tile, &s->box[2 * pair + 1]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -213,13 +210,12 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   Around          around;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = MPMContactNextTile(t, -1); tile >= 0; tile = MPMContactNextTile(t, tile)) {
-    PetscInt at[3];
+  for (const MPMContactTile *here = s->c->tiles.beside; here < s->c->tiles.beside + s->c->tiles.nbeside; here++) {
+    const PetscInt before = s->nwanted;
 
-    if (TilePlace(s, tile, at) != own || !MPMContactIsNear(s->core, other, at, 1)) continue;
-    LookAround(s, other, at, &around);
+    if (here->copy != own || !LookAround(s, other, here->at, &around)) continue;
     for (PetscInt in = 0; in < rows; in++) {
-      const PetscInt *cell = TileRow(dim, t, tile, in);
+      const PetscInt *cell = TileRow(dim, t, here->tile, in);
 
       for (PetscInt i = 0; i < edge; i++) {
         const PetscInt n = cell[i + 1] - cell[i];
@@ -232,6 +228,7 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
         s->nwanted += n;
       }
     }
+    if (s->nwanted > before) Extend(t, here->tile, &s->box[2 * pair + side]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -241,8 +238,10 @@ static PetscErrorCode ListAll(Search *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * s->c->npairs + 1, &s->first));
+  PetscCall(PetscMalloc1(2 * s->c->npairs, &s->box));
   for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
     s->first[k] = s->nwanted;
+    s->box[k]   = (Box){{PETSC_MAX_INT, PETSC_MAX_INT, PETSC_MAX_INT}, {0}};
     if (s->c->pair[k / 2].rigid && k % 2) PetscCall(ListNearRigid(s, k / 2));
     if (!s->c->pair[k / 2].rigid && s->c->near) PetscCall(ListParticles(s, k / 2, k % 2));
   }

@@ -21,18 +21,21 @@ static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p, 
   const MPMPatch *patch = &s->core->exchange.patch;
   const MPMGrid  *grid  = patch->grid;
   const PetscInt  copy  = side ? s->c->pair[pair].b : s->c->pair[pair].a;
+  const Box      *box   = &s->box[2 * pair + side];
+  const PetscInt  n[2]  = {box->hi[0] - box->lo[0], box->hi[1] - box->lo[1]};
   PetscInt        at[3], first = 0;
   Stencil         t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
   for (PetscInt d = 2; d >= 0; d--) {
-    first = first * patch->n[d] + (d < grid->dim ? t.base[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
+    if (d < grid->dim) first += t.base[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] - box->lo[d];
+    if (d > 0) first *= n[d - 1];
     for (PetscInt i = 0; i < t.n[d] && d >= grid->dim; i++) t.w[d][i] = 1;
   }
   FOR_STENCIL(&t, at)
   {
-    const PetscInt  i     = first + (at[2] * patch->n[1] + at[1]) * patch->n[0] + at[0];
+    const PetscInt  i     = first + (at[2] * n[1] + at[1]) * n[0] + at[0];
     const PetscReal units = 1 / UNIT * t.w[0][at[0]] * t.w[1][at[1]] * t.w[2][at[2]];
     PetscReal       xi[3] = {0};
     PetscInt        k     = 4;
@@ -280,17 +283,15 @@ static PetscErrorCode FindNormals(Search *s)
 
 PetscErrorCode MPMContactNormals(Search *s)
 {
-  const PetscInt nodes = MPMPatchNodes(&s->core->exchange.patch);
-
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(nodes, &s->map));
-  for (PetscInt pair = 0; pair < s->c->npairs; pair++) {
-    const PetscInt before = s->nfits;
+  for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
+    const Box *box = &s->box[k];
 
-    for (int side = 0; side < 2; side++) PetscCall(MPMContactForParticles(s, pair, side, AddToFits));
-    if (s->nfits > before) PetscCall(PetscArrayzero(s->map, nodes));
+    if (s->first[k] == s->first[k + 1]) continue;
+    PetscCall(PetscCalloc1((box->hi[0] - box->lo[0]) * (box->hi[1] - box->lo[1]) * (box->hi[2] - box->lo[2]), &s->map));
+    PetscCall(MPMContactForParticles(s, k / 2, k % 2, AddToFits));
+    PetscCall(PetscFree(s->map));
   }
-  PetscCall(PetscFree(s->map));
   PetscCall(CollectFits(s));
   PetscCall(FindNormals(s));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -33,7 +33,12 @@ typedef struct {
   PetscInt   at;
 } Key;
 
-/* What a search has: the records of nodes so far, and for each node of the patch its record, from 1 on. */
+/* Nodes lo .. hi-1 of the patch's arrays. */
+typedef struct {
+  PetscInt lo[3], hi[3];
+} Box;
+
+/* What a search has: the records of nodes so far, and for each node of a box its record, from 1 on. */
 typedef struct {
   MPMCore     *core;
   MPMContacts *c;
@@ -42,6 +47,7 @@ typedef struct {
   uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   uint64_t    *mixed;                         /* [nwanted] the nodes of their stencils that the other side may touch too */
+  Box         *box;                           /* of each side of each pair: around all of these stencils */
   Fit         *fit;
   PetscInt     nfits, room, *map;
   Key         *key;                  /* [nkeys] of nodes, each where its number is mapped to or behind it; at -1: none */
@@ -161,12 +167,19 @@ MPM_INLINE PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Set at [3] to where an own tile is among those of the grid; return the next one of the patch's own tiles that has particles
-   after `tile`, or the first one after -1, or -1; return whether a copy has particles in a tile at most `by` tiles from `at`
-   (contact_tiles.c). Not collective. */
-void      MPMContactTilePlace(const MPMCore *, PetscInt tile, PetscInt at[]);
-PetscInt  MPMContactNextTile(const MPMTiles *, PetscInt tile);
-PetscBool MPMContactIsNear(const MPMCore *, PetscInt copy, const PetscInt at[], PetscInt by);
+/* Tiles (contact_tiles.c). Find finds those here that have particles of each copy, and the boxes around those of all processes;
+   Collect collects those of all processes; both are collective on exchange.data. Place sets at [3] to where an own tile is
+   among those of the grid, and Copy also returns the copy of its particles: copies at the same place have none in the same
+   tile. Next returns the next one of the patch's own tiles that has particles after `tile`, or the first one after -1, or -1.
+   IsNear returns whether a copy has particles in a tile at most `by` tiles from `at`. List lists the own tiles beside those
+   of other copies. */
+PetscErrorCode MPMContactFindTiles(MPMCore *);
+PetscErrorCode MPMContactCollectTiles(MPMCore *);
+void           MPMContactTilePlace(const MPMCore *, PetscInt tile, PetscInt at[]);
+PetscInt       MPMContactTileCopy(const MPMCore *, const MPMView *, PetscInt tile, PetscInt at[]);
+PetscInt       MPMContactNextTile(const MPMTiles *, PetscInt tile);
+PetscBool      MPMContactIsNear(const MPMCore *, PetscInt copy, const PetscInt at[], PetscInt by);
+PetscErrorCode MPMContactListTiles(MPMCore *);
 
 /* Find which particles are near matter of another copy, or near rigid bodies (contact_near.c); call a function for those of one
    side, 0: a, 1: b, of a pair; find the records `fit` of nodes and the normals there (contact_normals.c); make parts and

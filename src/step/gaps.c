@@ -90,7 +90,7 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal h = grid->h[k / 2], end = End(core, view, p, k, at);
   const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  from  = MPMGridFirst(grid, grid->stack, MPMKindOf(core->params.kinds, view, p)->copy);
+  const PetscInt  place = grid->place[MPMKindOf(core->params.kinds, view, p)->copy];
   const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
   PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
   PetscReal       xi[3] = {0};
@@ -109,21 +109,19 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
 
         for (PetscInt d = 0; d < dim; d++)
           most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
-        ijk[grid->stack] += from;
-        i = MPMFaceNode(grid, k / 2, ijk);
-        ijk[grid->stack] -= from;
+        i = MPMFaceNodeOf(grid, k / 2, place, ijk);
         if (most < 0.5 + 2 * TIE) gap[i] = PetscMin(gap[i], end);
         if (most < 0.5 + 2 * TIE && pulled) rest[i] = PetscMin(rest[i], end);
         if (sinks) rest[i] = PetscMin(rest[i], end + SPREAD * (most - 0.5) * h);
       }
 }
 
-/* Returns the gap of node ijk [3] of face k, or if no particle lies over it the least one of the nodes beside it from
-   whose particles it may have mass. */
-static PetscReal Nearby(const MPMCore *core, PetscInt k, const PetscInt ijk[], const PetscReal gap[])
+/* Returns the gap of node ijk [3] of a place on face k, or if no particle lies over it the least one of the nodes beside it
+   from whose particles it may have mass. */
+static PetscReal Nearby(const MPMCore *core, PetscInt k, PetscInt place, const PetscInt ijk[], const PetscReal gap[])
 {
   const PetscInt reach = MPMBasisNodes(core->basis) / 2;
-  PetscReal      own   = gap[MPMFaceNode(&core->grid, k / 2, ijk)];
+  PetscReal      own   = gap[MPMFaceNodeOf(&core->grid, k / 2, place, ijk)];
   PetscInt       by[3], at[3];
 
   if (own < PETSC_INFINITY) return own;
@@ -131,7 +129,7 @@ static PetscReal Nearby(const MPMCore *core, PetscInt k, const PetscInt ijk[], c
   for (at[2] = ijk[2] - by[2]; at[2] <= ijk[2] + by[2]; at[2]++)
     for (at[1] = ijk[1] - by[1]; at[1] <= ijk[1] + by[1]; at[1]++)
       for (at[0] = ijk[0] - by[0]; at[0] <= ijk[0] + by[0]; at[0]++)
-        own = PetscMin(own, gap[MPMFaceNode(&core->grid, k / 2, at)]);
+        own = PetscMin(own, gap[MPMFaceNodeOf(&core->grid, k / 2, place, at)]);
   return own;
 }
 
@@ -154,11 +152,10 @@ static void SetLeast(const MPMCore *core, PetscInt k)
       ijk[d] = rest_of % n;
       rest_of /= n;
     }
-    ijk[grid->stack] += MPMGridFirstOf(grid, grid->stack, rest_of);
-    own      = Nearby(core, k, ijk, gap);
+    own      = Nearby(core, k, rest_of, ijk, gap);
     room     = PetscMax(0, moves ? own : PetscMin(own, rest[i]));
     least[i] = dt > 0 && room < PETSC_INFINITY ? -room / dt : room > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
-    if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
+    if (moves) least[i + core->gaps->n] = Nearby(core, k, rest_of, ijk, rest);
   }
 }
 

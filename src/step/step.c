@@ -107,9 +107,12 @@ static PetscErrorCode Reduce(MPMCore *core)
 
 PetscErrorCode MPMStepSettle(MPMCore *core)
 {
+  PetscBool settled = PETSC_FALSE;
+
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_SETTLE));
-  PetscCall(core->exchange.type->settle(core, PETSC_FALSE));
+  if (core->contacts) PetscCall(MPMContactsFollow(core, &settled));
+  if (!settled) PetscCall(core->exchange.type->settle(core, PETSC_FALSE));
   if (core->status.moved) PetscCall(MPMContactsSettle(core));
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_SETTLE));
   PetscFunctionReturn(PETSC_SUCCESS);

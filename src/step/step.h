@@ -82,8 +82,11 @@ PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 /* Contact (contact_find.c, contact.c), in core->contacts, if there is any: where bodies may meet at the present
    positions in the step core->params.dt, and what they do to the nodes after a phase of these. MPMContactsSettle is for
    settled particles whose cells are new: it finds which copies of the nodes are near each other, gives them their
-   places, and settles the particles once more where these change. All are collective on exchange.data. */
+   places, and settles the particles once more where these change. Follow comes before a step is settled: it
+   notes how far bodies may have come, and if a particle has left the nodes that its copy has, settles the step itself with
+   all nodes for all copies. All are collective on exchange.data. */
 PetscErrorCode MPMContactsDestroy(MPMCore *);
+PetscErrorCode MPMContactsFollow(MPMCore *, PetscBool *settled);
 PetscErrorCode MPMContactsSettle(MPMCore *);
 PetscErrorCode MPMContactsFind(MPMCore *);
 PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
