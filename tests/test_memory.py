@@ -200,7 +200,7 @@ def told_and_found(name, n, options, env):
 def peak(which):
     env = library("tell", TELL)
     spatial, pool = ["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]
-    cases = {"some": [(name, n, more) for name in ("disks", "taylor") for n, more in ((1, []), (2, spatial))],
+    cases = {"some": [(name, n, more) for name in ("disks", "taylor", "footing_static") for n, more in ((1, []), (2, spatial))],
              "all": [(name[:-5], n, more) for name in sorted(os.listdir(os.path.dirname(check.scene("")))) if name.endswith(".opts")
                      for n, more in ((1, []), (2, spatial), (3, pool))],
              "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool))]
