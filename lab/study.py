@@ -284,6 +284,9 @@ def read_words(argv):
     for name, studies in BELONGS.items():
         if getattr(words, name) != parser.get_default(name) and words.study[0] not in studies:
             parser.error(f"--{name.replace('_', '-').replace('raised', 'raise')} is of another study than {words.study}")
+    for word in pebbles:
+        if word[:1] == "-" and word != "-dry_run" and hasattr(words, word[1:].replace("-", "_")):
+            parser.error(f"{word} is an option of the study: write it with two dashes, -{word}")
     limit = words.study == "limit"
     words.levels = words.levels if words.levels is not None else 3 if limit else 4
     for name, (least, most) in RANGES.items():

@@ -191,6 +191,7 @@ REFUSED = [
     (["convergence", "-checkpoint_every", "1"], "-checkpoint_every does not apply"),
     (["convergence", "-study_levels", "3"], "-study_levels is no option: it is --levels of pebble-study"),
     (["convergence", "-dt_clf", "0.2"], "-dt_clf"),
+    (["convergence", "-levels", "3"], "-levels is an option of the study: write it with two dashes, --levels"),
     (["convergence", "--program", "/nonexistent/pebble"], "--program /nonexistent/pebble: there is no such program"),
     (["convergence", "-output_dir", f"{bar}/inside"], f"-output_dir {bar}/inside: Not a directory"),
     (

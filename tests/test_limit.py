@@ -163,6 +163,7 @@ def command():
         (block("both", "-gravity 0,-1", *pressed("ymax", "t")), ["--raise", "gravity"], "--raise gravity does not apply to a scene with -loads: --raise load raises both"),
         (box("elastic", "1.5,1.5", 0.25, "-bc_ymin_type slip", "-gravity 0,-1", model=elastic), ["--reduce", "strength"],
          "--reduce strength does not apply: no material has the model vonmises or druckerprager"),
+        (check.scene("cantilever"), ["--reduce", "strength"], "--reduce strength does not apply: no material has the model vonmises or druckerprager"),
         (heavy, ["-method_time", "euler"], "-method_time euler does not apply: a limit is looked for with -method_time static"),
         (heavy, ["-bc_xmin_type", "friction", "-bc_xmin_mu", "0.5"], "-bc_xmin_type"),
     ):  # fmt: skip

@@ -94,7 +94,7 @@ class Facts:
         self.flip = (float(number) if number else 1.0) if flips else None
         self.order = int(number) if orders else int(mass) if mass else None  # mass: in the total frame
         self.total = mass is not None
-        self.fixed = float(options["dt_size"]) if options.get("dt_size", "auto") != "auto" else 0.0
+        self.fixed = 0.0 if options.get("dt_size") in (None, "auto") else float(options["dt_size"])
         preset = result.find(r"^preset .* -dt_cfl (\S+)")
         self.cfl = float(
             options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/(?:\(c\+\|v\|\)|c$)") or "nan"
