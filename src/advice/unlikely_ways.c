@@ -179,7 +179,7 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
 {
   const MPMScene *scene = look->scene;
   const PetscInt  dim   = look->core->grid.dim;
-  PetscBool       flows = PETSC_FALSE;
+  PetscBool       flows = PETSC_FALSE, driven = PETSC_FALSE;
   Thing          *thing;
   PetscInt        n = 0;
 
@@ -201,7 +201,11 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     }
     way[k].thing = n++;
   }
-  if (!flows && !scene->forced && !scene->known && !scene->initial && !look->core->implicit && !look->core->grid.total &&
+  for (PetscInt l = 0; l < scene->nloads; l++) { /* what it does without gravity is not looked at */
+    if (!(look->g > 0)) thing[way[scene->loads[l].body].thing].held = ALL;
+    driven = PETSC_TRUE;
+  }
+  if (!flows && !scene->acceleration && !scene->known && !scene->initial && !look->core->implicit && !look->core->grid.total &&
       !look->core->step && look->time->end > 0 && look->time->max_steps == PETSC_MAX_INT) {
     for (PetscInt k = 0; k < n; k++) Go(look, &thing[k]);
     Hold(look, n, thing);
@@ -211,6 +215,7 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     }
     for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++)
       if (thing[way[k].thing].body == &scene->bodies[k]) Follow(look, n, thing, way[k].thing, &way[k]);
+    for (PetscInt k = 0; k < scene->nbodies + scene->nshapes && driven; k++) way[k].alone = PETSC_FALSE;
   }
   PetscCall(PetscFree(thing));
   PetscFunctionReturn(PETSC_SUCCESS);
