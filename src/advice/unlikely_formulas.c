@@ -6,7 +6,9 @@
 
 #define STEPS  64 /* time steps for which a formula is looked at */
 #define TIMES  64 /* times in a part of the run */
-#define PLACES 5  /* on each axis of a body */
+
+/* Places on each axis of a body: a strip of a thirtieth of the ground has one of them. */
+static const PetscInt places_of[] = {0, 33, 33, 9};
 
 PetscInt MPMUnlikelyFormulas(const MPMLook *look)
 {
@@ -30,7 +32,7 @@ MPMFormula MPMUnlikelyFormula(const MPMLook *look, PetscInt k)
    smallest of those at a time. */
 static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, PetscReal every, PetscInt n, PetscReal *least)
 {
-  const PetscInt   dim = look->core->grid.dim, places = dim == 1 ? PLACES : dim == 2 ? PLACES * PLACES : PLACES * PLACES * PLACES;
+  const PetscInt   dim = look->core->grid.dim, p = places_of[dim], places = dim == 1 ? p : dim == 2 ? p * p : p * p * p;
   const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body], *upper = f->body < 0 ? look->highest : look->upper[f->body];
   PetscReal        most = 0;
 
@@ -39,10 +41,10 @@ static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, Pet
     PetscReal now = 0;
 
     for (PetscInt j = 0; j < places; j++) {
-      const PetscInt at[] = {j % PLACES, j / PLACES % PLACES, j / (PLACES * PLACES)};
+      const PetscInt at[] = {j % p, j / p % p, j / (p * p)};
       PetscReal      x[3] = {0}, value[9] = {0}, size2 = 0;
 
-      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / PLACES;
+      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / (PetscReal)p;
       if (MPMExpressionEvaluate(f->value, dim, x, x, t + every * (PetscReal)k, value)) return -1;
       for (PetscInt c = 0; c < f->nc; c++) size2 += value[c] * value[c];
       if (!(size2 < PETSC_MAX_REAL)) return -1;
@@ -59,6 +61,26 @@ PetscReal MPMUnlikelySize(const MPMLook *look, const MPMFormula *f)
   PetscReal least;
 
   return f->value ? PetscMax(0, Most(look, f, look->core->stages.began, (look->time->end - look->core->stages.began) / 16, 17, &least)) : 0;
+}
+
+PetscBool MPMUnlikely_rest_early(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal every = look->time->end / TIMES;
+
+  (void)k;
+  if (!MPMUnlikelyGiven("time_rest", NULL, "", odd) || !(strtod(odd->value, NULL) > 0) || look->core->stages.n) return PETSC_FALSE;
+  for (PetscInt l = 0; l < look->scene->nloads; l++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, l);
+    PetscReal        least;
+    PetscInt         j = 0;
+
+    while (j < TIMES && Most(look, &f, every * (PetscReal)j, 0, 1, &least) == 0) j++;
+    if (j < TIMES / 16 || j == TIMES) continue; /* it acts soon, or never, which another note says */
+    odd->ratio = every * (PetscReal)j;
+    (void)snprintf(odd->other, MPM_WORDS, "-load_%s_value", f.name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
 }
 
 PetscBool MPMUnlikelySteady(const MPMLook *look, const MPMFormula *f)
