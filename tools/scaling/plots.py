@@ -34,21 +34,21 @@ def model(rows, path):
     axis.axhspan(0.85, 1.15, color="0.92")
     axis.axhline(1, color="0.6", linewidth=0.8)
     for processes, style in (("1", dict(color="C0", marker="s")), ("2", dict(color="C1", marker="D"))):
-        points = [(names.index(row["scene"]), float(row["predicted"]) / float(row["seconds_per_step"])) for row in rows
+        points = [(names.index(row["scene"]), float(row["predicted"]) / float(row["measured"])) for row in rows
                   if row["processes"] == processes]
         axis.plot(*zip(*points), linestyle="", markersize=4, label=f"{processes} process{'es' * (processes > '1')}", **style)
     axis.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
     axis.set_yscale("log")
     far = [value for one in axis.lines for value in one.get_ydata()]
     axis.set_ylim(0.95 * min(0.75, *far), 1.05 * max(1.33, *far))
-    axis.set_yticks((0.75, 0.85, 1, 1.15, 1.33), ("0.75", "0.85", "1", "1.15", "1.33"))
+    axis.set_yticks((0.5, 0.67, 0.85, 1, 1.15, 1.5), ("0.5", "0.67", "0.85", "1", "1.15", "1.5"))
     axis.text(len(names) - 0.6, 1.135, "within 15 %", ha="right", va="top", fontsize=8, color="0.4")
     axis.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    axis.set_ylabel("step: predicted / measured")
+    axis.set_ylabel("step of a whole run:\npredicted / measured")
     figure.legend(loc="outside upper center", ncols=2)
     save(figure, path)
 
 
 def draw(data, folder):
     with plt.style.context(["default", STYLE]):
-        model(read(data, "validation"), os.path.join(folder, "scaling-model.png"))
+        model(read(data, "users"), os.path.join(folder, "scaling-model.png"))

@@ -12,9 +12,8 @@ The machine has fewer cores than the processes that are asked for, so a run on m
 
 There are two studies: strong (the same scene on all numbers of processes) and weak (about 16,384 particles a process), with spatial
 decomposition (particles migrate `direct`; some runs also by `swarm`) and with the pool, in the patches that the model finds best
-on 8 processes. In each, all runs of a scene must give the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
-has predicted over measured for every scene of options/ with explicit steps on 1 and 2 processes, in short runs in turns with the calibration; `users`
-has the same for whole runs that are started one by one, as users start them; `lengths` has runs ten times as long as those of strong.
+on 8 processes. In each, all runs of a scene must give the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; `users` has
+measured and predicted steps of whole runs of the scenes of options/, started one by one as users start them; `lengths` has runs ten times as long as those of strong.
 
 The program writes docs/data/scaling/*.csv and docs/scaling-*.png; its exit status is 1 when digests or counts differ or a run
 failed.
@@ -41,14 +40,13 @@ PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "ph
           "message_seconds", "messages_per_step", "bytes_per_step"]
 USERS = ["scene", "processes", "repeats", "measured", "predicted"]
 LENGTHS = ["scene", "particles", "processes", "steps", "repeats", "seconds_per_step"]
-VALIDATION = ["scene", "dim", "particles", "processes", "repeats", "seconds_per_step", "predicted", "ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
 ORDER = [scene.name for scene in runs.SCENES]
 
 
 class Results:
     def __init__(self, args):
-        self.args, self.validation, self.users, self.lengths, self.problems = args, [], [], [], []
+        self.args, self.users, self.lengths, self.problems = args, [], [], []
         # What is not measured now is kept: the tables of other parts, and with --scenes the rows of other scenes.
         self.runs, self.phases, self.counts = (
             [row for row in self.read(name) if part not in args.only or args.scenes and row["scene"] not in args.scenes]
@@ -68,10 +66,10 @@ class Results:
     def write(self):
         os.makedirs(self.args.data, exist_ok=True)
         for name, columns, rows in (("runs", COLUMNS, self.runs), ("phases", PHASES, self.phases),
-                                    ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation),
+                                    ("counts", COUNTS, self.counts),
                                     ("users", USERS, self.users), ("lengths", LENGTHS, self.lengths)):
             if rows:
-                if name not in ("validation", "users", "lengths"):
+                if name not in ("users", "lengths"):
                     rows = sorted(rows, key=lambda row: ORDER.index(row["scene"]))
                 with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
@@ -261,41 +259,6 @@ def timed(args):
                 yield path
 
 
-def validation(args, results):
-    """Compares predicted with measured steps. The calibration itself times first steps of the scene, on one process and on all, and
-    says what its constants give for them."""
-    print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
-          "  predicted  ratio")
-    new = []
-    for path in timed(args):
-        name, found = os.path.basename(path)[:-5], {1: [], 2: []}
-        try:
-            for _ in range(args.repeats):
-                text = runs.start(args, 2, "-options_file", path, "-output_dir", runs.BUILD, program=args.calibrator)
-                for p, measured, predicted in re.findall(r"^check .* on (\d+) process\w*: (\S+) s a step, predicted ([^,]+),", text, re.M):
-                    found[int(p)].append((float(measured), float(predicted)))
-            particles = int(re.search(r"^scene .* (\d+) particles", runs.start(args, 1, "-options_file", path, "-dry_run"), re.M)[1])
-        except Failed as failure:
-            results.problem(f"validation: {name}: {failure}")
-            continue
-        if not all(found.values()):
-            results.problem(f"validation: {name}: the calibration has no line `check`")
-            continue
-        for p, pairs in found.items():
-            measured, predicted = map(min, zip(*pairs))
-            new.append(dict(
-                scene=name, dim=dimension(path), particles=particles, processes=p, repeats=len(pairs),
-                seconds_per_step=number(measured), predicted=number(predicted), ratio=number(predicted / measured)))
-            print(f"  {name:12s}{particles:9d} {p:9d}  {1e3 * measured:9.4f}  {1e3 * predicted:9.4f}  "
-                  f"{predicted / measured:5.2f}", flush=True)
-    ratios = [float(row["ratio"]) for row in new]
-    # The rows of scenes that were not asked for are kept.
-    results.validation = sorted([row for row in results.read("validation") if row["scene"] not in {r["scene"] for r in new}] + new,
-                                key=lambda row: (row["scene"], int(row["processes"])))
-    print(f"  within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
-    results.write()
-
-
 def users(args, results):
     """Compares predicted with measured steps of whole runs, started one by one after one calibration of each scene: what a user sees."""
     print("\nwhole runs, one by one\n  scene       processes    ms/step  predicted  ratio")
@@ -337,11 +300,6 @@ def lengths(args, results):
     results.write()
 
 
-def dimension(path):
-    with open(path) as file:
-        return next(line.split()[1] for line in file if line.startswith("-dim "))
-
-
 README = """# Data of the scaling studies
 
 Written by `make scaling` ({when}; {machine}; load average {load} at the start, {minutes:.0f} minutes). Times are s.
@@ -377,13 +335,7 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 **counts.csv**: messages and bytes a step of a full box at rest in its cells, counted and by formula (tools/scaling/counts.py);
 bytes are counted to six digits.
 
-**validation.csv**: of the scenes of options/ as they are, for their first steps (20 to 500, some 6 ms): the step measured and
-the step predicted, both by `make calibrate` on two processes, the least of the repeats of each, and predicted over measured. The calibration measures its
-constants, from runs at other sizes, and the scene itself, on one process and on two, in turns for 10 s and more, and keeps the least of
-each: other virtual machines on the same host slow its cores to two thirds for milliseconds or hours, and some of many short runs are
-not slowed.
-
-**users.csv**: of whole runs of the same scenes, started one by one after one calibration of each, the step measured and the step
+**users.csv**: of whole runs of the scenes of options/ with explicit steps, started one by one after one calibration of each, the step measured and the step
 predicted, the least of the repeats. **lengths.csv**: steps of runs as
 long as those of the strong study and ten times as long, on 1 and 2 processes, the least of the repeats. **scenes.csv**, **machine.csv**:
 what the scenes were, and what ran them.
@@ -391,7 +343,7 @@ what the scenes were, and what ran them.
 
 
 def main():
-    parts = {"scaling": scaling, "counts": count, "validation": validation, "users": users, "lengths": lengths}
+    parts = {"scaling": scaling, "counts": count, "users": users, "lengths": lengths}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--calibrator", default=os.path.join(runs.ROOT, "build", "mpicc", "calibrate"), help="program of make calibrate")
@@ -406,7 +358,7 @@ def main():
     p.add_argument("--data", default=os.path.join(runs.ROOT, "docs", "data", "scaling"), help="folder of the tables")
     p.add_argument("--figures", default=os.path.join(runs.ROOT, "docs"))
     p.add_argument("--plot", action="store_true", help="only draw the figures from the tables")
-    p.add_argument("--validated", default="*", help="scenes of options/ for the validation, as the shell names files")
+    p.add_argument("--validated", default="*", help="scenes of options/ for users, as the shell names files")
     args = p.parse_args()
     args.steps, args.more_repeats = 40, 1
     if args.full:
