@@ -7,7 +7,7 @@ import numpy as np
 
 import check
 
-TERMS = ["energy_gravity", "load_work", "energy_walls", "energy_friction", "energy_volumes", "energy_transfer", "energy_laws", "energy_integration"]
+TERMS = ["energy_gravity", "load_work", "energy_walls", "energy_friction", "energy_volumes", "energy_transfer", "energy_laws", "energy_lag", "energy_integration"]
 
 
 def run(name, scene, *more, n=1, energy=True):

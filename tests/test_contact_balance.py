@@ -1,7 +1,6 @@
 """The balance of energy closes where bodies touch (-history_energy): a rigid wedge in clay and in clay that does not yield, a
 rigid plate that pushes a block, a block that slides down, two disks that collide with friction, and a box that floats. What
-no term explains, `integration`, is at most 1 % of the largest energy and work, and falls with the step: it is what the
-stress does in the half of a step by which velocities are behind.
+no term explains, `integration`, is at most 0.1 % of the largest energy and work, of the box 1 %, and falls with the step.
 
 usage: test_contact_balance.py PEBBLE SOURCE MPIEXEC
 """
@@ -31,7 +30,7 @@ def balance(name, path, *more):
     return np.abs(found["energy_integration"]).max() / most, found["energy_transfer"][-1] / most, found["energy_friction"][-1] / most
 
 
-def closes(what, path, *more, most=0.01, moves=1.0):
+def closes(what, path, *more, most=0.001, moves=1.0):
     left, mapped, friction = balance("balance", path, *more)
     check.that(left < most and abs(mapped) < moves and friction < 0, f"{what}: {left:.5f} of the energy is not explained; the mapping gives {mapped:+.4f}, friction {friction:+.4f}")
     return left
@@ -67,9 +66,9 @@ pool = scene([2, 1.5], 0.1, {"pool": {"shape": "box", "lower": "0,0", "upper": "
                              "b": {"shape": "box", "lower": "0.8,0.4", "upper": "1.2,0.8", "rigid": "free", "rho": "500", "mu": "0"}},
              "-material_m_model fluid", "-material_m_rho 1000", "-material_m_K 1e6", "-material_m_relaxation 1", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin")),
              "-gravity 0,-10", "-time_end 0.5", "-history_every 0.005")
-for what, lines, methods, cfl in (("disks collide", disks, METHODS, 0.2), ("a box floats", pool, METHODS[:3], 0.4)):
+for what, lines, methods, most in (("disks collide", disks, METHODS, 0.001), ("a box floats", pool, METHODS[:3], 0.01)):
     for words in methods:
-        left = [closes(f"{what}, {words}, C = {C}", check.write("meets.opts", lines), *method(words), "-dt_cfl", C) for C in (cfl, cfl / 2)]
+        left = [closes(f"{what}, {words}, C = {C}", check.write("meets.opts", lines), *method(words), "-dt_cfl", C, most=most) for C in (0.8, 0.4)]
         check.that(left[1] < 0.6 * left[0], f"{what}, {words}: with half the step {left[1] / left[0]:.2f} of that is left")
 # The same terms on any number of processes, by the pool, and after a restart.
 path, words = check.write("meets.opts", pool), [*QUIET, "-time_end", 0.1, "-output_name", "same"]

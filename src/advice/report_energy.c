@@ -22,7 +22,8 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
       {"walls", MPM_SHOWS_energy_walls},       {"rigid", MPM_SHOWS_energy_rigid},
       {"friction", MPM_SHOWS_energy_friction}, {"damping", MPM_SHOWS_energy_damping},
       {"volumes", MPM_SHOWS_energy_volumes},   {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},         {"integration", MPM_SHOWS_energy_integration},
+      {"laws", MPM_SHOWS_energy_laws},         {"lag", MPM_SHOWS_energy_lag},
+      {"integration", MPM_SHOWS_energy_integration},
   };
   const PetscReal base = mon->energy_max + PetscAbsReal(MPMShownWork(shown));
   PetscReal       sum  = 0;

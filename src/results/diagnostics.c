@@ -305,14 +305,14 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
-/* What the particles' kinetic energy has lost on the way to the nodes and back. */
 VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - s->now->energy[MPM_ENERGY_half])
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
+VALUE(energy_lag, s->now->energy[MPM_ENERGY_half]) /* what the stress does in the half step by which velocities are behind */
 static PetscReal Value_energy_integration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
          Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
-         Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
+         Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) - Value_energy_lag(s) -
          Value_energy_rigid(s) - s->core->changes.energy;
 }
 

@@ -213,12 +213,12 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the change of energy that nothing explains, J. With the terms of -history_energy it is that by the integration;
-   energy that the mapping between particles and nodes gives is an error too. */
+/* Returns the change of energy that nothing explains, J. With the terms of -history_energy it is that by the integration
+   with the lag, which grows where steps are unstable; energy that the mapping between particles and nodes gives is an error too. */
 static PetscReal Unexplained(const MPMCore *core, const MPMShown *shown)
 {
   if (!core->energy.on) return MPMShownResidual(shown);
-  return MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0) +
+  return MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0) + MPMDiagnosticValue(shown, MPM_SHOWS_energy_lag, 0) +
          PetscMax(0, MPMDiagnosticValue(shown, MPM_SHOWS_energy_transfer, 0));
 }
 
