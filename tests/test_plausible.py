@@ -96,6 +96,11 @@ def doubtful():
     for wrong, _ in found:
         check.fault(wrong)
     lines = [line for _, notes in found for line in notes]
+    forgotten, meant = (check.pebble("-options_file", check.write("steps.opts", [f"-{key} \"{value}\"" for key, value in SCENES["balls"].items()] + file), "-dry_run", *command)
+                        for file, command in ((["-time_max_steps 10"], []), ([], ["-time_max_steps", "10"])))
+    note = next((line for line in told(forgotten) if re.fullmatch(r"-time_max_steps 10 ends the run at 0\.0\d+ of -time_end, 0\.2 s; leave it out if that is to be reached", line)), None)
+    check.that(note is not None and not told(meant), "a small number of steps in a file is noted, on the command line it is not")
+    lines += [note or ""]
     with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as file:
         table = re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', file.read(), re.M)
     check.need(len(table) > 40, f"plausible.def has {len(table)} rows")

@@ -85,23 +85,40 @@ PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }
 
+/* Damping that is left on in a stage in which a rigid body, which held sand or a fluid, is taken away. */
 PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
+  const MPMScene *scene  = look->scene;
+  const MPMGrid  *grid   = &look->core->grid;
+  const char     *option = look->core->damping.kinetic ? "damping_kinetic" : "damping_time";
+  PetscBool       opens  = PETSC_FALSE;
 
   (void)k;
-  if (!MPMDampingIsOn(look->core) || !(look->g > 0) || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+  (void)MPMUnlikelyGiven("remove", NULL, "", odd);
+  for (char *at = odd->value; *at; at++)
+    if (*at == ',') *at = ' ';
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
+    if (scene->bodies[b].rigid == MPM_RIGID_NONE) continue;
+    if (!scene->bodies[b].removed && !MPMListHas(odd->value, scene->bodies[b].name)) return PETSC_FALSE;
+    opens = look->core->stages.n ? PETSC_TRUE : PETSC_FALSE;
+  }
+  if (!MPMDampingIsOn(look->core) || !(look->g > 0) || (look->core->stages.n && !opens)) return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    const MPMMaterial *m     = &scene->materials[scene->bodies[b].material];
+    const PetscBool    flows = m->type->traits & MPM_FLUID || (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0) ? PETSC_TRUE : PETSC_FALSE;
+
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  d    = face / 2;
       const PetscReal room = face % 2 ? grid->upper[d] - look->upper[b][d] : look->lower[b][d] - grid->lower[d];
 
-      if (d == look->down || grid->periodic[d] || (grid->round && !face) || room < grid->h[d] || !(look->scene->materials[look->scene->bodies[b].material].type->traits & MPM_FLUID))
-        continue;
+      if (d == look->down || grid->periodic[d] || (grid->round && !face) || room < grid->h[d] || !flows) continue;
       odd->ratio = 1;
-      (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+      (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
-  return odd->ratio > 0 ? MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd) : PETSC_FALSE;
+  }
+  (void)snprintf(odd->meant, MPM_WORDS, "leave it out");
+  if (look->core->stages.n) (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1], option);
+  return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_hold_long(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -140,6 +140,30 @@ PetscBool MPMUnlikely_acceleration_large(const MPMLook *look, PetscInt k, MPMOdd
   return MPMUnlikelyGiven("acceleration", NULL, "", odd);
 }
 
+PetscBool MPMUnlikely_acceleration_g(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f = MPMUnlikelyFormula(look, look->scene->nloads + 6);
+
+  if (k || !look->scene->acceleration || look->scene->known || !(look->g > 0)) return PETSC_FALSE;
+  odd->ratio = MPMUnlikelySize(look, &f) / look->g;
+  MPMUnlikelyWrite(odd->other, look->g);
+  return MPMUnlikelyGiven("acceleration", NULL, "", odd);
+}
+
+/* Metals and clay that flow in statics, on a basis that lets their volume hardly be kept. */
+PetscBool MPMUnlikely_locks(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  if (k || look->core->grid.dim == 1 || look->core->params.box || MPMBasisIsSpline(look->core->basis) ||
+      !MPMUnlikelyGiven("method_time", NULL, "", odd) || strcasecmp(odd->value, "static"))
+    return PETSC_FALSE;
+  for (PetscInt m = 0; m < look->scene->nmaterials; m++) {
+    if (!(look->scene->materials[m].type->traits & MPM_ISOCHORIC)) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->materials[m].name);
+  }
+  return MPMUnlikelyGiven("method_basis", NULL, "", odd);
+}
+
 PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscInt dim = look->core->grid.dim;

@@ -1,6 +1,7 @@
 /* unlikely_times.c - the rows of plausible.def of the run that are about times: its end, its steps, tables, sources, output. */
 #include <strings.h>
 #include "advice/unlikely.h"
+#include "options/reader.h"
 
 #define FALLS 50   /* through the grid, or flights, which a run may last */
 #define WAVES 1000 /* through the matter, likewise */
@@ -52,6 +53,20 @@ PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = (MPMUnlikelyEnd(look) - look->core->t) / whole;
   MPMUnlikelyWrite(odd->meant, (MPMUnlikelyEnd(look) - look->core->t) / longest);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
+}
+
+/* A number of steps that stands in a file, and is forgotten there; on the command line it is meant. */
+PetscBool MPMUnlikely_end_cut(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal dt = look->time->fixed > 0 ? look->time->fixed : look->dt, left = look->time->end - look->core->t;
+  char            place[MPM_TEXT_LEN];
+
+  if (k || !(left > 0) || look->time->max_steps == PETSC_MAX_INT) return PETSC_FALSE;
+  odd->ratio = (PetscReal)look->time->max_steps * dt / look->time->end;
+  MPMUnlikelyWrite(odd->other, look->time->end);
+  if (!MPMUnlikelyGiven("time_max_steps", NULL, "", odd)) return PETSC_FALSE;
+  MPMOptionsPlace("time_max_steps", odd->value, place, sizeof place);
+  return place[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_steps_many(const MPMLook *look, PetscInt k, MPMOdd *odd)

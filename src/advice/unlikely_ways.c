@@ -6,6 +6,7 @@
 
 #define PARTS  400 /* of the time of the run, in which the ways are looked at, the first ones the shortest */
 #define NEAR   1   /* cells: bodies share nodes from there on, */
+#define TOUCH  0.5 /* with contact; */
 #define AT     0.1 /* and walls that only push act on what arrives at them */
 #define ALL    7   /* axes */
 #define PLACES 5   /* on each axis of a body, at which its velocity is looked at */
@@ -77,6 +78,14 @@ static PetscReal Apart(const MPMGrid *grid, const Thing *a, const Thing *b, Pets
   return gap;
 }
 
+/* Returns how many cells apart bodies act on each other. */
+static PetscReal Reach(void)
+{
+  MPMOdd odd;
+
+  return MPMUnlikelyGiven("contact_mu", NULL, "", &odd) ? TOUCH : NEAR;
+}
+
 /* Returns how many cells a body is from a face, or from the plane of its piston. */
 static PetscReal Before(const MPMLook *look, const Thing *t, PetscInt face, PetscInt k)
 {
@@ -125,7 +134,7 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
       const Thing *by = &thing[k / n];
       Thing       *t  = &thing[k % n];
 
-      if (by == t || t->held == ALL || (t->rigid && t->body->rigid != MPM_RIGID_FREE) || !(by->held || (by->rigid && by->body->rigid != MPM_RIGID_FREE)) || Apart(grid, by, t, 0) >= NEAR)
+      if (by == t || t->held == ALL || (t->rigid && t->body->rigid != MPM_RIGID_FREE) || !(by->held || (by->rigid && by->body->rigid != MPM_RIGID_FREE)) || Apart(grid, by, t, 0) >= Reach())
         continue;
       t->held = ALL;
       more    = PETSC_TRUE;
@@ -153,7 +162,7 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
       gap = j == k ? PETSC_MAX_REAL : Apart(grid, t, &thing[j], p);
       if (gap < w->gap) (void)snprintf(w->nearest, MPM_WORDS, "%s", thing[j].body->name);
       w->gap = PetscMin(w->gap, gap);
-      if (gap < NEAR && relative > 1e-12 * moved) return;
+      if (gap < Reach() && relative > 1e-12 * moved) return;
     }
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  d    = face / 2, next = PetscMin(PARTS, p + 1);

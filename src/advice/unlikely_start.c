@@ -1,0 +1,191 @@
+/* unlikely_start.c - the rows of plausible.def of how bodies lie at faces, and of stresses and deformations at the start. */
+#include <strings.h>
+#include "advice/unlikely.h"
+
+#define PLACES 5 /* on each axis of a body */
+
+/* Is this the start of a run of its own? */
+static PetscBool IsStart(const MPMLook *look)
+{
+  return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Returns how many cells the particles of body k are from a face. */
+static PetscReal Beside(const MPMLook *look, PetscInt k, PetscInt face)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt d    = face / 2;
+
+  return (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+}
+
+/* Returns the type of a face's wall; the axis of revolution is one of symmetry. */
+static MPMWall Type(const MPMLook *look, PetscInt face)
+{
+  return look->core->grid.round && !face ? MPM_WALL_slip : look->scene->walls.given[face / 2][face % 2].type;
+}
+
+/* Sets place j among PLACES on each axis of a box. Returns false beyond the last. */
+static PetscBool Place(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt j, PetscReal x[3])
+{
+  for (PetscInt d = 0; d < dim; d++, j /= PLACES) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % PLACES) + 0.5) / PLACES;
+  return j ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* A wall is a plane of symmetry if it cuts the shape of the body; what moves away from a slip wall on which it lies, the wall holds back. */
+PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  MPMRegion      whole = look->scene->bodies[k].region;
+  PetscReal      v[9] = {0}, lower[3], upper[3], size = 0;
+
+  if (!IsStart(look) || look->scene->bodies[k].points || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
+  whole.nwithin = 0;
+  MPMRegionBounds(&whole, grid->dim, lower, upper);
+  for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, PetscAbsReal(v[d]));
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt  d      = face / 2;
+    const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
+
+    if (Type(look, face) != MPM_WALL_slip || Beside(look, k, face) > 0.1 || !(PetscAbsReal(v[d]) > 1e-3 * size)) continue;
+    if (!(grid->round && !face) && ((face % 2 ? v[d] : -v[d]) > 0 || !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) && !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d]))) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+    (void)snprintf(odd->meant, MPM_WORDS, grid->round && !face ? "the axis of revolution" : "the wall -bc_%s_type slip", MPMFaceNames[face]);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* How many cells what is fastest moves until the end, where a body lies at a free face beside one of symmetry. */
+PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMCore *core  = look->core;
+  PetscInt       walls = 0, open = -1;
+  PetscReal      v[9]  = {0};
+
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    odd->ratio = PetscMax(odd->ratio, PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end / MPMGridSmallestH(&core->grid));
+  if (!IsStart(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1) return PETSC_FALSE;
+  (void)MPMUnlikelyVelocity(look, k, odd, v);
+  for (PetscInt face = 0; face < 2 * core->grid.dim; face++) {
+    const MPMWall type = Type(look, face);
+
+    if (core->grid.periodic[face / 2] || Beside(look, k, face) > 0.1) continue;
+    if (type == MPM_WALL_slip) walls++;
+    if (type == MPM_WALL_free && open < 0 && (face % 2 ? v[face / 2] : -v[face / 2]) >= 0) open = face;
+  }
+  if (open < 0 || !walls) return PETSC_FALSE;
+  (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[open]);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_shape_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
+    if (look->core->grid.periodic[face / 2] || Beside(look, k, face) > 0.5) return PETSC_FALSE;
+    if (Type(look, face) == MPM_WALL_free) odd->ratio = 1;
+  }
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  return MPMUnlikelyGiven("body", look->scene->bodies[k].name, "_expression", odd);
+}
+
+PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b   = &look->scene->bodies[k];
+  const PetscInt dim = look->core->grid.dim;
+  PetscReal      x[3] = {0}, most = 1;
+
+  if (!IsStart(look) || !b->deformation) return PETSC_FALSE;
+  for (PetscInt j = 0; Place(dim, look->lower[k], look->upper[k], j, x); j++) {
+    PetscReal F[9] = {0}, J = 1;
+
+    if (MPMExpressionEvaluate(b->deformation, dim, x, x, 0, F)) return PETSC_FALSE;
+    if (dim == 1) J = F[0];
+    if (dim == 2) J = F[0] * F[3] - F[1] * F[2];
+    if (dim == 3) J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+    if (J > 0 && PetscMax(J, 1 / J) > PetscMax(most, 1 / most)) most = J;
+  }
+  odd->ratio = PetscMax(most, 1 / most);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  MPMUnlikelyWrite(odd->meant, most);
+  return MPMUnlikelyGiven("body", b->name, "_deformation", odd);
+}
+
+/* The largest vertical stress by a formula, over the stress by the weight; stresses that are the same at all heights need not follow from it. */
+PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim = look->core->grid.dim, down = look->down;
+  PetscReal       x[3] = {0}, most = 0, weight = 0;
+
+  if (k || !IsStart(look) || !(look->g > 0) || MPMInitialGravity(scene) > 0 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial || !strchr(odd->value, "xyz"[down]))
+    return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    if (scene->bodies[b].points || scene->bodies[b].source.on || scene->bodies[b].removed) return PETSC_FALSE;
+    weight = PetscMax(weight, MPMUnlikelyWeight(look, scene->bodies[b].material));
+    for (PetscInt j = 0; Place(dim, look->lower[b], look->upper[b], j, x); j++) {
+      MPMMaterialStart s = {0};
+      char             wrong[MPM_TEXT_LEN];
+
+      if (MPMInitialState(scene, look->core, &scene->bodies[b], x, &s, wrong)) return PETSC_FALSE;
+      most = PetscMax(most, PetscAbsReal(s.tau[MPMSymIndex(down, down)]));
+    }
+  }
+  odd->ratio = most / weight;
+  (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa, rho g H", (double)weight);
+  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_stress_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return MPMUnlikely_stress_small(look, k, odd);
+}
+
+/* A friction wall, the only one, on which neither weight nor a velocity presses the bodies. */
+PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscReal out   = face % 2 ? 1 : -1;
+
+  if (!IsStart(look) || Type(look, face) != MPM_WALL_friction || out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n || look->core->stages.n || scene->nbodies > 1)
+    return PETSC_FALSE;
+  for (PetscInt other = 0; other < 2 * look->core->grid.dim; other++)
+    if (other != face && Type(look, other) != MPM_WALL_free) return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    PetscReal v[9] = {0};
+
+    if (scene->bodies[b].source.on || scene->bodies[b].points || (scene->bodies[b].v2 > 0 && !MPMUnlikelyVelocity(look, b, odd, v)) || out * v[face / 2] > 0) return PETSC_FALSE;
+  }
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[0].name);
+  return MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
+}
+
+PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim   = look->core->grid.dim;
+
+  if (k || !IsStart(look)) return PETSC_FALSE;
+  for (PetscInt s = 0; s < scene->nbodies; s++) {
+    MPMRegion front = scene->bodies[s].region;
+    PetscReal lower[3], upper[3], x[3] = {0};
+
+    if (!scene->bodies[s].source.on) continue;
+    front.sweep = 0;
+    MPMRegionBounds(&front, dim, lower, upper);
+    for (PetscInt b = 0; b < scene->nbodies; b++) {
+      PetscInt in = 0, all = 0;
+
+      if (b == s || scene->bodies[b].source.on || scene->bodies[b].points || scene->bodies[b].removed) continue;
+      for (; Place(dim, lower, upper, all, x); all++) in += MPMRegionInside(&scene->bodies[b].region, dim, x);
+      if (!((PetscReal)in / (PetscReal)all > odd->ratio)) continue;
+      odd->ratio = (PetscReal)in / (PetscReal)all;
+      (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", scene->bodies[s].name);
+      (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
+    }
+  }
+  return odd->option[0] ? PETSC_TRUE : PETSC_FALSE;
+}
