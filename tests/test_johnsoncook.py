@@ -149,7 +149,7 @@ def check_shock():
         cold = isentropic_shock(up)
         check.that(abs(speed / cold - 1) < 0.002 and abs(p / (RHO * cold * up) - 1) < 0.002, f"shock at {up:g} m/s: on the isentrope {cold:.1f} m/s and {RHO * cold * up / 1e9:.3f} GPa (allowed 0.2 %)")
         check.that(abs(p / (RHO * us * up) - 1) < 0.02, f"shock at {up:g} m/s: pressure {p / 1e9:.3f} GPa, rho us up {RHO * us * up / 1e9:.3f} GPa (allowed 2 %)")
-        terms = {key: history["energy_" + key] for key in ("gravity", "walls", "friction", "transfer", "laws", "integration")}
+        terms = {key: history["energy_" + key] for key in ("gravity", "walls", "friction", "transfer", "laws", "lag", "integration")}
         change = history["total_energy"] - history["total_energy"][0]
         off = np.abs(sum(terms.values()) - change).max() / history["total_energy"][0]
         check.that(off < 1e-12, f"shock at {up:g} m/s: the terms of the energy add up to {off:.1e}; transfer {terms['transfer'][-1] / history['total_energy'][0]:.4f}, laws {terms['laws'][-1] / history['total_energy'][0]:.1e}")
