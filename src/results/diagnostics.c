@@ -305,7 +305,8 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
-VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - s->now->energy[MPM_ENERGY_half])
+VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] -
+                           Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - s->now->energy[MPM_ENERGY_half])
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
 VALUE(energy_lag, s->now->energy[MPM_ENERGY_half]) /* what the stress does in the half step by which velocities are behind */
 static PetscReal Value_energy_integration(const MPMShown *s)
@@ -320,7 +321,6 @@ VALUE(newton_iterations, s->core->implicit->newton)
 VALUE(linear_iterations, s->core->implicit->krylov)
 VALUE(steps_cut, s->core->implicit->failed)
 VALUE(force_unbalanced, s->core->implicit->residual)
-
 VALUE(stage, (PetscReal)s->core->stages.now)
 VALUE(unbalanced, s->core->rest.unbalanced)
 VALUE(kinetic_share, MPMShownKineticShare(s->now))

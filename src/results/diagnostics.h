@@ -128,8 +128,8 @@ static inline PetscReal MPMShownKineticShare(const MPMTotals *totals)
   return strain > 0 ? kinetic / strain : kinetic > 0 ? PETSC_INFINITY : 0;
 }
 
-/* Return the work of gravity since the start, J, by where particles are now; the work that gravity, body forces and loads have done since the start, on free rigid bodies too, J, and the
-   change of the energy less that work, J. */
+/* Return the work since the start, J, of gravity alone, by where particles are now; that of gravity, body forces and
+   loads, on free rigid bodies too; and the change of the energy less that work, J. */
 PetscReal MPMShownGravity(const MPMShown *);
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);

@@ -41,9 +41,8 @@ PetscErrorCode MPMPrintStart(MPM mpm)
     PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
   }
   if (scene->dry_run) PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));
-  if (scene->dry_run && !core->implicit) { /* how long a solve takes is not predicted */
+  if (scene->dry_run && !core->implicit) /* how long a solve takes is not predicted */
     PetscCall(MPMModelView(&mpm->cost, core, scene, f.dt, f.steps, mpm->report.processes));
-  }
   PetscCall(MPMReportLoads(core, scene, mpm->time.end));
   PetscCall(MPMDiskPrint(core, &mpm->monitor, &mpm->output, &f, kept, scene->dry_run));
   PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));

@@ -112,14 +112,15 @@ static PetscReal WorkOfLoads(int dim, const PetscReal *was, const PetscReal *F, 
 }
 
 /* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step, and that of
-   the stress of loads; gravity's work is taken so too. Takes off what AddAdvance adds of m b, along dx/dt - dv. If all particles are kept, adds m/2 |w|^2 as well, where w =
-   kick sum phi a is the part of dv by FLIP. */
+   the stress of loads; gravity's work is taken so too. Takes off what AddAdvance adds of m b, along dx/dt - dv. If all
+   particles are kept, adds m/2 |w|^2 as well, where w = kick sum phi a is the part of dv by FLIP. */
 static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
   const MPMGrid   *grid = &core->grid;
   const MPMParams *par  = &core->params;
   const PetscInt   dim  = grid->dim;
   const PetscReal  half = core->implicit ? 0 : 0.5; /* implicit steps have no kicks */
+  const PetscBool  maps = e->loads && e->maps && e->strained ? PETSC_TRUE : PETSC_FALSE;
 
   for (PetscInt k = 0; k < e->n; k++) {
     const PetscInt   p    = e->which[k];
@@ -133,11 +134,11 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
       if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
       if (e->loads) work += view->b[p * dim + d] * par->kick * (dx / par->dt - half * dv);
-      if (e->maps && e->loads) mapped += view->b[p * dim + d] * (par->kick - 0.5 * par->dt) * (dx / par->dt - dv);
+      if (maps) mapped += view->b[p * dim + d] * (par->kick - 0.5 * par->dt) * (dx / par->dt - dv);
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
-    if (e->loads && e->maps && e->strained) MPMSumAdd(&e->sum[MPM_ENERGY_mapped], -m * mapped);
+    if (maps) MPMSumAdd(&e->sum[MPM_ENERGY_mapped], -m * mapped);
     if (e->loads && view->S && view->F)
       MPMSumAdd(&e->sum[MPM_ENERGY_loads],
                 MPMKindOf(core->params.kinds, view, p)->V0 * par->kick / par->dt *

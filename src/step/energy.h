@@ -4,7 +4,7 @@
 
 #include "step/step.h"
 
-#define MPM_STRESS_ROW (9 + MPM_STRESS_NC) /* F, or J of a fluid, and tau of a particle as a step begins */
+#define MPM_STRESS_ROW (9 + MPM_STRESS_NC) /* F, or x of a fluid, and tau of a particle as a step begins */
 
 /* KeepStress notes the particles of a view in e->stress and e->stored as a step begins; AddStress adds what the stress
    has done to them when it ends. Not collective. */
