@@ -46,7 +46,6 @@ static const struct {
     {UNITS_SPEED, 1e3, "km/s are meant"},
     {UNITS_SPEED, 1e-3, "it is in mm/s"},
     {UNITS_SPECIFIC, 1e3, "kJ/(kg K) are meant"},
-    {UNITS_SPECIFIC, 4187, "kcal/(kg K) are meant"},
     {UNITS_VISCOSITY, 1e-3, "mPa s are meant"},
     {UNITS_VISCOSITY, 0, "it is the kinematic one, in m^2/s"},
     {UNITS_TIME, 60, "minutes are meant"},
