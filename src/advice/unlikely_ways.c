@@ -30,18 +30,16 @@ static PetscReal After(const MPMLook *look, PetscInt k)
 /* Returns the mean velocity of a body at the start, m/s; 0 where it only turns or vibrates. */
 static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscReal mean[3])
 {
-  const PetscInt n = dim == 1 ? PLACES : dim == 2 ? PLACES * PLACES : PLACES * PLACES * PLACES;
-  PetscReal      spread = 0, size = 0;
+  const PetscReal n      = PetscPowRealInt(PLACES, dim);
+  PetscReal       spread = 0, size = 0, x[3] = {0};
 
   mean[0] = mean[1] = mean[2] = 0;
   for (int round = 0; round < 2 && b->velocity; round++)
-    for (PetscInt j = 0; j < n; j++) {
-      const PetscInt at[] = {j % PLACES, j / PLACES % PLACES, j / (PLACES * PLACES)};
-      PetscReal      x[3] = {0}, v[9] = {0};
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, lower, upper, PLACES, j, x); j++) {
+      PetscReal v[9] = {0};
 
-      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / PLACES;
       if (MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v)) return;
-      for (PetscInt d = 0; d < dim && !round; d++) mean[d] += v[d] / (PetscReal)n;
+      for (PetscInt d = 0; d < dim && !round; d++) mean[d] += v[d] / n;
       for (PetscInt d = 0; d < dim && round; d++) spread = PetscMax(spread, PetscAbsReal(v[d] - mean[d]));
     }
   for (PetscInt d = 0; d < dim; d++) size = PetscMax(size, PetscAbsReal(mean[d]));
@@ -122,8 +120,7 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
     if (t->rigid && t->body->rigid != MPM_RIGID_FREE) continue;
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscReal sign = face % 2 ? 1 : -1, toward = PetscMax(sign * t->way[1][face / 2], sign * look->core->params.gravity[face / 2]);
-
-      const MPMWall type = look->scene->walls.given[face / 2][face % 2].type;
+      const MPMWall   type = MPMUnlikelyWall(look, face);
 
       if (IsNear(type, Before(look, t, face, 0)) && Holds(type, toward)) t->held |= MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ? ALL : 1 << face / 2;
     }
@@ -166,7 +163,7 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
     }
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  d    = face / 2, next = PetscMin(PARTS, p + 1);
-      const MPMWall   type = look->scene->walls.given[d][face % 2].type;
+      const MPMWall   type = MPMUnlikelyWall(look, face);
       const PetscReal gap = Before(look, t, face, p), toward = (face % 2 ? 1 : -1) * (t->way[next][d] - t->way[next - 1][d]);
 
       if (grid->periodic[d] || (grid->round && !face)) continue;
@@ -257,7 +254,7 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = w->moved;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   for (PetscInt face = 0; face < 2 * look->core->grid.dim && !w->nearest[0]; face++)
-    if (!(look->scene->walls.given[face / 2][face % 2].type == MPM_WALL_free || look->core->grid.periodic[face / 2]))
+    if (!(MPMUnlikelyWall(look, face) == MPM_WALL_free || look->core->grid.periodic[face / 2]))
       (void)snprintf(odd->meant, MPM_WORDS, "no wall is on its way");
   if (w->nearest[0]) (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
   return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
@@ -279,15 +276,13 @@ static PetscInt Clamp(const MPMLook *look, PetscInt k)
   const MPMGrid *grid  = &look->core->grid;
   PetscInt       clamp = -1;
 
-  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || look->core->grid.total ||
+  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || grid->total ||
       !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
     return -1;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d   = face / 2;
-    const MPMWall   t   = look->scene->walls.given[d][face % 2].type;
-    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];
+    const MPMWall t = MPMUnlikelyWall(look, face);
 
-    if (t == MPM_WALL_free || gap > 0.5 * grid->h[d]) continue;
+    if (t == MPM_WALL_free || MPMUnlikelyBeside(look, k, face) > 0.5) continue;
     if (clamp >= 0 || !MPMWallHas(t, MPM_WALL_TANGENT)) return -1;
     clamp = face;
   }
@@ -380,10 +375,10 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  e    = face / 2;
-      const MPMWall   type = look->scene->walls.given[e][face % 2].type;
-      const PetscReal gap  = (face % 2 ? grid->upper[e] - look->highest[e] : look->lowest[e] - grid->lower[e]) - look->scene->walls.place[face];
+      const MPMWall   type = MPMUnlikelyWall(look, face);
+      const PetscReal gap  = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / grid->h[e];
 
-      if (gap < NEAR * grid->h[e] && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
+      if (gap < NEAR && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
     }
     if (held) continue;
     odd->ratio = 1;
