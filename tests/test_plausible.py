@@ -52,6 +52,11 @@ SCENES = {
             "sources": "jet", "source_jet_to": 0.1, **material(model="fluid", rho=1000, K=2e6)},
 }
 
+# The name of each row of plausible.def, and the pattern of its note
+with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as definition:
+    ROWS = {name: ".*".join(map(re.escape, re.split(r"\{\w+\}", text)))
+            for name, text in re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', definition.read(), re.M)}
+
 
 def rows(name):
     """The parts of the lines of a file of cases."""
@@ -101,11 +106,8 @@ def doubtful():
     note = next((line for line in told(forgotten) if re.fullmatch(r"-time_max_steps 10 ends the run at 0\.0\d+ of -time_end, 0\.2 s; leave it out if that is to be reached", line)), None)
     check.that(note is not None and not told(meant), "a small number of steps in a file is noted, on the command line it is not")
     lines += [note or ""]
-    with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as file:
-        table = re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', file.read(), re.M)
-    check.need(len(table) > 40, f"plausible.def has {len(table)} rows")
-    for name, text in table:
-        pattern = ".*".join(map(re.escape, re.split(r"\{\w+\}", text)))
+    check.need(len(ROWS) > 40, f"plausible.def has {len(ROWS)} rows")
+    for name, pattern in ROWS.items():
         check.fault(None if any(re.fullmatch(pattern, line) for line in lines) else f"no case prints the row {name}")
     two = check.pebble("-options_file", check.write("two.opts", [f"-{key} \"{value}\"" for key, value in {**SCENES["soil"], "material_m_cohesion": 9.81}.items()]),
                        "-dry_run", n=2)
@@ -205,17 +207,13 @@ def scenes():
             yield f"{page} {k}", ["-options_file", check.write(f"page{k}{os.path.basename(page)}.opts", block)]
 
 
-with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as definition:
-    ROWS = [".*".join(map(re.escape, re.split(r"\{\w+\}", text))) for text in re.findall(r'^MPM_UNLIKELY\(.*"(.*)"\)$', definition.read(), re.M)]
-
-
 TRANSLATED = dict(rows("translated.txt"))
 
 
 def silent(one):
     name, words = one
     run = check.pebble(*words, "-dry_run", "-output_dir", "out", "-output_name", "sensible", cwd=check.source if "-options_file" not in words else None)
-    notes = re.findall(r"^note +(.*)", run.out, re.M) + [line for line in told(run) if any(re.fullmatch(row, line) for row in ROWS)]
+    notes = re.findall(r"^note +(.*)", run.out, re.M) + [line for line in told(run) if any(re.fullmatch(row, line) for row in ROWS.values())]
     if run.status or not run.out or notes:
         return f"{name}: exit status {run.status}, {notes} {run.err[:300]}"
     if name in TRANSLATED:

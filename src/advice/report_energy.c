@@ -5,8 +5,7 @@
    body force acts on it. */
 PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
-  for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
+  if (MPMWallsHave(&scene->walls, MPM_WALL_MOVES)) return PETSC_FALSE;
   if (core->rigids.driven || core->rigids.free || core->particles.flows) return PETSC_FALSE;
   return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
 }
@@ -51,10 +50,8 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
 /* Writes whose work is in the residual, since only -history_energy sums it; or "". */
 static void NotFollowed(const MPMCore *core, const MPMScene *scene, char text[MPM_TEXT_LEN])
 {
-  PetscBool moving = PETSC_FALSE;
+  const PetscBool moving = MPMWallsHave(&scene->walls, MPM_WALL_MOVES);
 
-  for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
   (void)snprintf(text, MPM_TEXT_LEN, "%s%s%s%s", scene->body_force ? ", body forces" : "", moving ? ", moving walls" : "",
                  core->rigids.driven ? ", rigid bodies" : "", MPMDampingIsOn(core) ? ", damping" : "");
 }

@@ -54,16 +54,23 @@ typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
    was. MPMUnlikelyNumber also reads it as one number; other texts are none. */
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *);
 PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *, PetscReal *number);
+PetscBool MPMUnlikelyStatic(MPMOdd *); /* is -method_time static given? */
 
 /* Reads the velocity of body k at the start, if it is given by numbers. */
 PetscBool MPMUnlikelyVelocity(const MPMLook *, PetscInt k, MPMOdd *, PetscReal v[9]);
 
-/* Writes a number for a text, with three digits. */
+/* Writes a number for a text, with three digits, or appends one, after a comma. */
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
+void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal);
 
-/* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the
-   stress by the weight of the highest body of a material, Pa; the modulus
-   of a material for its fastest waves, and Young's, Pa. */
+/* Return the type of the wall of a face; how many cells the particles of body k, or of all (k < 0), are from the face. Sets the
+   place x of number j among n on each axis of a box; returns false beyond the last. */
+MPMWall   MPMUnlikelyWall(const MPMLook *, PetscInt face);
+PetscReal MPMUnlikelyBeside(const MPMLook *, PetscInt k, PetscInt face);
+PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j, PetscReal x[3]);
+
+/* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the stress by
+   the weight of the highest body of a material, Pa; the modulus of a material for its fastest waves, and Young's, Pa. */
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
@@ -71,8 +78,9 @@ PetscReal MPMUnlikelyCohesion(const MPMMaterial *); /* as it was given, Pa; 0: n
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *); /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
 PetscReal MPMUnlikelyEnd(const MPMLook *);         /* of all stages, s */
 
-/* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the run,
-   whether that is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find the ways of bodies (unlikely_ways.c). Note numbers that are not usual (usual.c). Not collective. */
+/* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the
+   run, whether that is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find
+   the ways of bodies (unlikely_ways.c). Note numbers that are not usual (usual.c). Not collective. */
 PetscInt       MPMUnlikelyFormulas(const MPMLook *);
 MPMFormula     MPMUnlikelyFormula(const MPMLook *, PetscInt k);
 PetscReal      MPMUnlikelySize(const MPMLook *, const MPMFormula *);

@@ -26,10 +26,7 @@ PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 /* Returns whether a wall holds the body at one of its ends along an axis, or the axis is periodic. */
 static PetscBool IsAtFace(const MPMLook *look, PetscInt k, PetscInt d)
 {
-  const MPMGrid *grid = &look->core->grid;
-
-  return grid->periodic[d] || look->lower[k][d] < grid->lower[d] + 0.1 * grid->h[d] ||
-                 look->upper[k][d] > grid->upper[d] - 0.1 * grid->h[d]
+  return look->core->grid.periodic[d] || MPMUnlikelyBeside(look, k, 2 * d) < 0.1 || MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1
              ? PETSC_TRUE
              : PETSC_FALSE;
 }
@@ -132,7 +129,7 @@ PetscBool MPMUnlikely_gap_wall(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt  d    = face / 2;
     const MPMFace  *f    = &look->scene->walls.given[d][face % 2];
-    const PetscReal gap  = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+    const PetscReal gap  = MPMUnlikelyBeside(look, k, face);
 
     if (!MPMWallHas(f->type, MPM_WALL_NORMAL) || MPMWallHas(f->type, MPM_WALL_PUSHES | MPM_WALL_MOVES)) continue;
     if (!b->points && (face % 2 ? upper[d] >= grid->upper[d] : lower[d] <= grid->lower[d])) continue; /* it has a tip there */
@@ -147,42 +144,36 @@ PetscBool MPMUnlikely_gap_wall(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid  *grid = &look->core->grid;
-  const PetscInt  d    = look->down;
-  const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const MPMWall   type = look->scene->walls.given[d][up].type;
+  const PetscInt face = 2 * look->down + (look->core->params.gravity[look->down] > 0);
+  const MPMWall  type = MPMUnlikelyWall(look, face);
 
-  if (!(look->g > 0) || !MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) || grid->total)
+  if (!(look->g > 0) || !MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) ||
+      look->core->grid.total)
     return PETSC_FALSE;
-  odd->ratio = (up ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
+  odd->ratio = MPMUnlikelyBeside(look, k, face);
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-  return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[2 * d + up], "_type", odd) : PETSC_FALSE;
+  return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd) : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid  *grid = &look->core->grid;
-  const PetscInt  d    = look->down;
-  const PetscBool up   = look->core->params.gravity[d] > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal gap  = up ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+  const PetscInt d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
 
   if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1) return PETSC_FALSE;
-  odd->ratio = (gap - look->scene->walls.place[2 * d + up]) / grid->h[d];
+  odd->ratio = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
+/* Finds an open side of the grid at which body k starts. */
+static PetscBool OpenSide(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
 
-  if (!(MPMInitialGravity(look->scene) > 0) || look->core->stages.now > 1) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d   = face / 2;
-    const PetscReal gap = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
-
-    if (d == look->down || grid->periodic[d] || gap > 0.3 || look->scene->walls.given[d][face % 2].type != MPM_WALL_free)
+    if (face / 2 == look->down || grid->periodic[face / 2] || MPMUnlikelyBeside(look, k, face) > 0.3 ||
+        MPMUnlikelyWall(look, face) != MPM_WALL_free)
       continue;
     odd->ratio = 1;
     (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
@@ -192,56 +183,47 @@ PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return MPMInitialGravity(look->scene) > 0 && look->core->stages.now <= 1 ? OpenSide(look, k, odd) : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  const MPMBody *b    = &look->scene->bodies[k];
+  const MPMBody *b = &look->scene->bodies[k];
 
-  if (!(look->g > 0) || grid->total || look->core->rigids.n || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
+  if (!(look->g > 0) || look->core->grid.total || look->core->rigids.n || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
       MPMUnlikelyGiven("particles_leave", NULL, "", odd))
     return PETSC_FALSE;
-  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d   = face / 2;
-    const PetscReal gap = (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
-
-    if (d == look->down || grid->periodic[d] || (grid->round && !face) || gap > 0.3 ||
-        look->scene->walls.given[d][face % 2].type != MPM_WALL_free)
-      continue;
-    odd->ratio = 1;
-    (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
-    (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
+  return OpenSide(look, k, odd);
 }
 
 /* --- Loads -------------------------------------------------------------------------------------------------------- */
 
-/* Sets how large a load is, Pa, per area of the body if it is a force; and its body's modulus. */
-static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size, PetscReal *modulus)
+/* Sets how large a load is, Pa, per area of the body if it is a force; and the ratio of that to its body's modulus. */
+static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size)
 {
   const MPMLoad     *load = &look->scene->loads[k];
   const MPMFormula   f = MPMUnlikelyFormula(look, k);
   const PetscInt     b = load->body, dim = look->core->grid.dim;
   const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
-  PetscReal          extent = 0;
+  const PetscReal    modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
+  PetscReal          extent  = 0;
 
   for (PetscInt d = 0; d < dim; d++) extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
   *size = MPMUnlikelySize(look, &f);
   if (MPMLoadIsOnVolume(load))
     *size /= PetscPowReal(extent, (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
-  *modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
-  (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)*modulus);
+  odd->ratio = *size / modulus;
+  (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)modulus);
   return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal size, modulus;
+  PetscReal size;
 
-  if (!Load(look, k, odd, &size, &modulus)) return PETSC_FALSE;
-  odd->ratio = size / modulus;
-  return PETSC_TRUE;
+  return Load(look, k, odd, &size);
 }
 
 /* The strength of soil is that of a footing on it that fails, 50 (c + rho g H): more than of any angle below 40 degrees. */
@@ -250,9 +232,9 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad     *load = &look->scene->loads[k];
   const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
   const PetscBool    soil = m->type->traits & MPM_LOOSE ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal          size, modulus;
+  PetscReal          size;
 
-  if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size, &modulus)) return PETSC_FALSE;
+  if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size)) return PETSC_FALSE;
   odd->ratio = size / (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material)) : 20 * m->yield);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
   return odd->ratio < PETSC_MAX_REAL && (!soil || look->g > 0) ? PETSC_TRUE : PETSC_FALSE;
@@ -260,10 +242,10 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal       size, modulus, value;
+  PetscReal       size, value;
   const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
 
-  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size, &modulus) || !(weight > 0))
+  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0))
     return PETSC_FALSE;
   odd->ratio = size / weight;
   value      = strtod(odd->value, NULL);
@@ -301,12 +283,7 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal size, modulus;
-
-  if (!Load(look, k, odd, &size, &modulus) || !MPMUnlikelyGiven("load", look->scene->loads[k].name, "_value", odd))
-    return PETSC_FALSE;
-  odd->ratio = size / modulus;
-  return PETSC_TRUE;
+  return MPMUnlikely_load_large(look, k, odd);
 }
 
 PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -327,17 +304,12 @@ PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
-  const MPMGrid *grid = &look->core->grid;
 
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
-  for (PetscInt face = 0; face < 2 * grid->dim && !MPMLoadIsOnVolume(load); face++) {
-    const PetscInt  d   = face / 2;
-    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[load->body][d] : look->lower[load->body][d] - grid->lower[d];
-
-    if (load->sides != (PetscInt)1 << face || !MPMWallHas(look->scene->walls.given[d][face % 2].type, MPM_WALL_TANGENT))
-      continue;
-    if (gap < 0.3 * grid->h[d]) return MPMUnlikelyGiven("load", load->name, "_face", odd);
-  }
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !MPMLoadIsOnVolume(load); face++)
+    if (load->sides == (PetscInt)1 << face && MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT) &&
+        MPMUnlikelyBeside(look, load->body, face) < 0.3)
+      return MPMUnlikelyGiven("load", load->name, "_face", odd);
   return PETSC_FALSE;
 }

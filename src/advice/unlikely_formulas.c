@@ -32,19 +32,17 @@ MPMFormula MPMUnlikelyFormula(const MPMLook *look, PetscInt k)
    smallest of those at a time. */
 static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, PetscReal every, PetscInt n, PetscReal *least)
 {
-  const PetscInt   dim = look->core->grid.dim, p = places_of[dim], places = dim == 1 ? p : dim == 2 ? p * p : p * p * p;
+  const PetscInt   dim = look->core->grid.dim, places = places_of[dim];
   const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body], *upper = f->body < 0 ? look->highest : look->upper[f->body];
-  PetscReal        most = 0;
+  PetscReal        most = 0, x[3] = {0};
 
   *least = PETSC_MAX_REAL;
   for (PetscInt k = 0; k < n; k++) {
     PetscReal now = 0;
 
-    for (PetscInt j = 0; j < places; j++) {
-      const PetscInt at[] = {j % p, j / p % p, j / (p * p)};
-      PetscReal      x[3] = {0}, value[9] = {0}, size2 = 0;
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, lower, upper, places, j, x); j++) {
+      PetscReal value[9] = {0}, size2 = 0;
 
-      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / (PetscReal)p;
       if (MPMExpressionEvaluate(f->value, dim, x, x, t + every * (PetscReal)k, value)) return -1;
       for (PetscInt c = 0; c < f->nc; c++) size2 += value[c] * value[c];
       if (!(size2 < PETSC_MAX_REAL)) return -1;

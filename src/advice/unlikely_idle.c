@@ -18,7 +18,7 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
     for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
       char other[4 * MPM_NAME_LEN];
 
-      (void)snprintf(other, sizeof other, s < 0 ? "-%.0s%.120s" : "-stage_%s_%.120s", s < 0 ? "" : scene->stages[s], option);
+      (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : scene->stages[s], s < 0 ? "" : "_", option);
       if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, sizeof before, "true");
     }
     if (!own[0]) (void)snprintf(own, sizeof own, "true");
@@ -43,24 +43,21 @@ static PetscReal Reach(const MPMLook *look, PetscInt b)
 /* Is anything but gravity there that moves bodies which are at rest at the start? */
 static PetscBool IsDriven(const MPMLook *look)
 {
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_TRUE;
-  return look->scene->forced || look->scene->known || look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->scene->forced || look->scene->known || look->scene->initial ||
+                 look->core->rigids.n || look->core->step || look->core->stages.n
+             ? PETSC_TRUE
+             : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid  *grid   = &look->core->grid;
-  PetscReal       speed  = 0;
-  const PetscInt  nb     = look->scene->nbodies;
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt nb   = look->scene->nbodies;
 
   if (k || nb < 2 || IsDriven(look) || !(MPMUnlikelyGiven("contact_mu", NULL, "", odd) || MPMUnlikelyGiven("contacts", NULL, "", odd))) return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
-  for (PetscInt b = 0; b < nb; b++) {
-    if (look->way[b].alone) return PETSC_FALSE; /* which is told */
-    if (look->scene->bodies[b].source.on) return PETSC_FALSE;
-    speed = PetscMax(speed, look->scene->bodies[b].v2);
-  }
+  for (PetscInt b = 0; b < nb; b++)
+    if (look->way[b].alone || look->scene->bodies[b].source.on) return PETSC_FALSE; /* that it is alone is told */
   for (PetscInt a = 0; a < nb; a++)
     for (PetscInt b = 0; b < a; b++) {
       PetscReal gap = 0;
@@ -78,7 +75,7 @@ PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt  d    = k / 2;
   const PetscReal gap  = k % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
 
-  if (look->scene->walls.given[d][k % 2].type != MPM_WALL_moving || look->scene->forced || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
+  if (MPMUnlikelyWall(look, k) != MPM_WALL_moving || look->scene->forced || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].source.on || gap < Reach(look, b)) return PETSC_FALSE;
   odd->ratio = gap / grid->h[d];
@@ -108,10 +105,9 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const PetscBool    flows = m->type->traits & MPM_FLUID || (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0) ? PETSC_TRUE : PETSC_FALSE;
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-      const PetscInt  d    = face / 2;
-      const PetscReal room = face % 2 ? grid->upper[d] - look->upper[b][d] : look->lower[b][d] - grid->lower[d];
+      const PetscInt d = face / 2;
 
-      if (d == look->down || grid->periodic[d] || (grid->round && !face) || room < grid->h[d] || !flows) continue;
+      if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 || !flows) continue;
       odd->ratio = 1;
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
@@ -151,7 +147,7 @@ PetscBool MPMUnlikely_leave_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (look->scene->walls.given[face / 2][face % 2].type == MPM_WALL_free) return PETSC_FALSE;
+    if (MPMUnlikelyWall(look, face) == MPM_WALL_free) return PETSC_FALSE;
   odd->ratio = 1;
   return look->core->params.deletes ? MPMUnlikelyGiven("particles_leave", NULL, "", odd) : PETSC_FALSE;
 }

@@ -18,11 +18,9 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < grid->dim; d++)
     for (PetscInt side = 0; side < 2 && d != down; side++)
       if (look->scene->walls.given[d][side].type != MPM_WALL_free && !grid->periodic[d] &&
-          (side ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) < 0.3 * grid->h[d])
+          MPMUnlikelyBeside(look, k, 2 * d + side) < 0.3)
         walls = PETSC_TRUE;
-  odd->ratio = ((up ? grid->upper[down] - look->upper[k][down] : look->lower[k][down] - grid->lower[down]) -
-                look->scene->walls.place[2 * down + up]) /
-               grid->h[down];
+  odd->ratio = MPMUnlikelyBeside(look, k, 2 * down + up) - look->scene->walls.place[2 * down + up] / grid->h[down];
   (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
   (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   (void)snprintf(odd->meant, MPM_WORDS, "%c = %.6g", "xyz"[down], (double)(up ? grid->upper[down] : grid->lower[down]));
@@ -54,15 +52,14 @@ PetscBool MPMUnlikely_load_at_once(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMScene *scene = look->scene;
 
   if (k || look->g > 0 || scene->acceleration || look->core->stages.n || look->core->step || !(look->time->fixed > 0) ||
-      !MPMUnlikelyGiven("method_time", NULL, "", odd) || strcasecmp(odd->value, "static"))
+      !MPMUnlikelyStatic(odd))
     return PETSC_FALSE;
   for (PetscInt l = 0; l < scene->nloads; l++) {
     const MPMFormula f = MPMUnlikelyFormula(look, l);
 
     if (!MPMUnlikelySteady(look, &f)) return PETSC_FALSE;
   }
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
+  if (MPMWallsHave(&scene->walls, MPM_WALL_MOVES)) return PETSC_FALSE;
   odd->ratio = PetscCeilReal(look->time->end / look->time->fixed - 1e-6);
   return MPMUnlikelyGiven("load", scene->loads[0].name, "_value", odd);
 }
@@ -82,7 +79,7 @@ PetscBool MPMUnlikely_check_walls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)k;
   if (!MPMUnlikelyNumber("check_momentum", NULL, "", odd, &odd->ratio) || odd->ratio > 0.1) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
-    const MPMWall type = look->scene->walls.given[face / 2][face % 2].type;
+    const MPMWall type = MPMUnlikelyWall(look, face);
 
     if (type != MPM_WALL_free && type != MPM_WALL_periodic && !odd->other[0])
       (void)snprintf(odd->other, MPM_WORDS, "the wall -bc_%.8s_type %.40s", MPMFaceNames[face], MPMWallNames[type]);

@@ -75,14 +75,22 @@ static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
   return b->rigid == MPM_RIGID_NONE ? NULL : b;
 }
 
+/* Returns the lightest material, or the densest. */
+static const MPMMaterial *Material(const MPMLook *look, PetscBool densest)
+{
+  const MPMMaterial *m = look->scene->materials;
+
+  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
+    if (densest ? look->scene->materials[j].rho > m->rho : look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
+  return m;
+}
+
 PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = look->scene->materials;
+  const MPMMaterial *m = Material(look, PETSC_FALSE);
 
   if (!b || !(b->rho > 0)) return PETSC_FALSE;
-  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
-    if (look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
   odd->ratio = b->rho / m->rho;
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
   MPMUnlikelyWrite(odd->meant, 1000 * b->rho);
@@ -92,11 +100,9 @@ PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_rigid_heavy(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = look->scene->materials;
+  const MPMMaterial *m = Material(look, PETSC_TRUE);
 
   if (!b || !(b->rho > 0)) return PETSC_FALSE;
-  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
-    if (look->scene->materials[j].rho > m->rho) m = &look->scene->materials[j];
   odd->ratio = b->rho / m->rho;
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
   MPMUnlikelyWrite(odd->meant, b->rho / 1000);
@@ -106,12 +112,10 @@ PetscBool MPMUnlikely_rigid_heavy(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = look->scene->materials;
+  const MPMMaterial *m = Material(look, PETSC_FALSE);
   MPMRigidMass       mass;
 
   if (!b || !(b->mass > 0)) return PETSC_FALSE;
-  for (PetscInt j = 0; j < look->scene->nmaterials; j++)
-    if (look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
   MPMRigidMassOf(&b->region, look->core->grid.dim, look->core->grid.round, &mass);
   odd->ratio = b->mass / (m->rho * mass.volume);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
@@ -194,9 +198,7 @@ PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]);
   odd->ratio /= look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, up > 0 ? "above" : "below");
-  for (PetscInt face = 0; face < 2 * dim; face++)
-    if (MPMWallHas(look->scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  return MPMUnlikelyGiven("body", b->name, "_rigid", odd);
+  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : MPMUnlikelyGiven("body", b->name, "_rigid", odd);
 }
 
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -17,28 +17,24 @@ PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
     if (scene->bodies[b].rigid == MPM_RIGID_MOVING || (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
       return PETSC_FALSE;
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
-    if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  return PETSC_TRUE;
+  return MPMWallsHave(&scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  PetscInt       wall = -1;
+  PetscInt wall = -1;
 
   (void)k;
   odd->ratio = PETSC_MAX_REAL;
   if (look->g > 0 || !look->scene->nloads || look->core->rigids.n) return PETSC_FALSE;
-  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d   = face / 2;
-    const MPMWall   t   = look->scene->walls.given[d][face % 2].type;
-    const PetscReal gap = face % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
+    const MPMWall   t   = MPMUnlikelyWall(look, face);
+    const PetscReal gap = MPMUnlikelyBeside(look, -1, face);
 
     if (t == MPM_WALL_free) continue;
     if (!MPMWallHas(t, MPM_WALL_NORMAL) || MPMWallHas(t, MPM_WALL_PUSHES | MPM_WALL_MOVES)) return PETSC_FALSE;
-    if (gap / grid->h[d] < odd->ratio) wall = face;
-    odd->ratio = PetscMin(odd->ratio, gap / grid->h[d]);
+    if (gap < odd->ratio) wall = face;
+    odd->ratio = PetscMin(odd->ratio, gap);
   }
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[look->scene->loads[0].body].name);
   return wall >= 0 ? MPMUnlikelyGiven("bc", MPMFaceNames[wall], "_type", odd) : PETSC_FALSE;
@@ -49,18 +45,17 @@ PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd
 {
   const MPMGrid *grid = &look->core->grid;
 
-  if (k || !MPMUnlikelyGiven("method_time", NULL, "", odd) || strcasecmp(odd->value, "static")) return PETSC_FALSE;
+  if (k || !MPMUnlikelyStatic(odd)) return PETSC_FALSE;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
   for (PetscInt a = grid->round ? 1 : 0; a < grid->dim; a++) {
     PetscReal least = PETSC_MAX_REAL;
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-      const PetscInt  d    = face / 2;
-      const MPMWall   type = look->scene->walls.given[d][face % 2].type;
-      const PetscReal gap  = face % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
+      const PetscInt d    = face / 2;
+      const MPMWall  type = MPMUnlikelyWall(look, face);
 
       if (d == a ? MPMWallHas(type, MPM_WALL_NORMAL) : MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES))
-        least = PetscMin(least, (gap - look->scene->walls.place[face]) / grid->h[d]);
+        least = PetscMin(least, MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / grid->h[d]);
     }
     if (!(least > odd->ratio)) continue;
     odd->ratio = least;
@@ -77,7 +72,7 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = 1;
   if (!look->earth || dim == 1 || look->core->grid.round || PetscAbsReal(g[0]) < look->g * (1 - 1e-9))
     return PETSC_FALSE;
-  for (PetscInt d = 0; d < dim; d++) (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "", d == dim - 1 ? -(double)look->g : 0.);
+  for (PetscInt d = 0; d < dim; d++) MPMUnlikelyAppend(odd->meant, 6, d == dim - 1 ? -look->g : 0);
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -96,8 +91,7 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
     if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
   odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
-                   0.01 * (double)PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
+    MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -107,8 +101,7 @@ PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%g", d ? "," : "",
-                   1000 * (double)look->core->params.gravity[d]);
+    MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
   return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -122,7 +115,7 @@ PetscBool MPMUnlikely_gravity_two(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     n += PetscAbsReal(g[d]) > MPM_BOUND_earth_least && PetscAbsReal(g[d]) < MPM_BOUND_earth_most;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s%.3g", d ? "," : "", (double)(g[d] / PetscSqrtReal((PetscReal)PetscMax(1, n))));
+    MPMUnlikelyAppend(odd->meant, 3, g[d] / PetscSqrtReal((PetscReal)PetscMax(1, n)));
   MPMUnlikelyWrite(odd->other, look->g);
   return n > 1 ? MPMUnlikelyGiven("gravity", NULL, "", odd) : PETSC_FALSE;
 }
@@ -154,7 +147,7 @@ PetscBool MPMUnlikely_acceleration_g(const MPMLook *look, PetscInt k, MPMOdd *od
 PetscBool MPMUnlikely_locks(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   if (k || look->core->grid.dim == 1 || look->core->params.box || MPMBasisIsSpline(look->core->basis) ||
-      !MPMUnlikelyGiven("method_time", NULL, "", odd) || strcasecmp(odd->value, "static"))
+      !MPMUnlikelyStatic(odd))
     return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++) {
     if (!(look->scene->materials[m].type->traits & MPM_ISOCHORIC)) continue;

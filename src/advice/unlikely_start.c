@@ -10,28 +10,6 @@ static PetscBool IsStart(const MPMLook *look)
   return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Returns how many cells the particles of body k are from a face. */
-static PetscReal Beside(const MPMLook *look, PetscInt k, PetscInt face)
-{
-  const MPMGrid *grid = &look->core->grid;
-  const PetscInt d    = face / 2;
-
-  return (face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d]) / grid->h[d];
-}
-
-/* Returns the type of a face's wall; the axis of revolution is one of symmetry. */
-static MPMWall Type(const MPMLook *look, PetscInt face)
-{
-  return look->core->grid.round && !face ? MPM_WALL_slip : look->scene->walls.given[face / 2][face % 2].type;
-}
-
-/* Sets place j among PLACES on each axis of a box. Returns false beyond the last. */
-static PetscBool Place(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt j, PetscReal x[3])
-{
-  for (PetscInt d = 0; d < dim; d++, j /= PLACES) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % PLACES) + 0.5) / PLACES;
-  return j ? PETSC_FALSE : PETSC_TRUE;
-}
-
 /* A wall is a plane of symmetry if it cuts the shape of the body; what moves away from a slip wall on which it lies, the wall holds back. */
 PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -45,13 +23,14 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, PetscAbsReal(v[d]));
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt  d      = face / 2;
+    const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
 
-    if (Type(look, face) != MPM_WALL_slip || Beside(look, k, face) > 0.1 || !(PetscAbsReal(v[d]) > 1e-3 * size)) continue;
-    if (!(grid->round && !face) && ((face % 2 ? v[d] : -v[d]) > 0 || !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) && !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d]))) continue;
+    if (MPMUnlikelyWall(look, face) != MPM_WALL_slip || MPMUnlikelyBeside(look, k, face) > 0.1 || !(PetscAbsReal(v[d]) > 1e-3 * size)) continue;
+    if (!axis && ((face % 2 ? v[d] : -v[d]) > 0 || !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) && !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d]))) continue;
     odd->ratio = 1;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-    (void)snprintf(odd->meant, MPM_WORDS, grid->round && !face ? "the axis of revolution" : "the wall -bc_%s_type slip", MPMFaceNames[face]);
+    (void)snprintf(odd->meant, MPM_WORDS, axis ? "the axis of revolution" : "the wall -bc_%s_type slip", MPMFaceNames[face]);
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -69,9 +48,9 @@ PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!IsStart(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1) return PETSC_FALSE;
   (void)MPMUnlikelyVelocity(look, k, odd, v);
   for (PetscInt face = 0; face < 2 * core->grid.dim; face++) {
-    const MPMWall type = Type(look, face);
+    const MPMWall type = MPMUnlikelyWall(look, face);
 
-    if (core->grid.periodic[face / 2] || Beside(look, k, face) > 0.1) continue;
+    if (core->grid.periodic[face / 2] || MPMUnlikelyBeside(look, k, face) > 0.1) continue;
     if (type == MPM_WALL_slip) walls++;
     if (type == MPM_WALL_free && open < 0 && (face % 2 ? v[face / 2] : -v[face / 2]) >= 0) open = face;
   }
@@ -84,8 +63,8 @@ PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_shape_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
-    if (look->core->grid.periodic[face / 2] || Beside(look, k, face) > 0.5) return PETSC_FALSE;
-    if (Type(look, face) == MPM_WALL_free) odd->ratio = 1;
+    if (look->core->grid.periodic[face / 2] || MPMUnlikelyBeside(look, k, face) > 0.5) return PETSC_FALSE;
+    if (MPMUnlikelyWall(look, face) == MPM_WALL_free) odd->ratio = 1;
   }
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   return MPMUnlikelyGiven("body", look->scene->bodies[k].name, "_expression", odd);
@@ -98,13 +77,11 @@ PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal      x[3] = {0}, most = 1;
 
   if (!IsStart(look) || !b->deformation) return PETSC_FALSE;
-  for (PetscInt j = 0; Place(dim, look->lower[k], look->upper[k], j, x); j++) {
-    PetscReal F[9] = {0}, J = 1;
+  for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
+    PetscReal F[9] = {0}, J;
 
     if (MPMExpressionEvaluate(b->deformation, dim, x, x, 0, F)) return PETSC_FALSE;
-    if (dim == 1) J = F[0];
-    if (dim == 2) J = F[0] * F[3] - F[1] * F[2];
-    if (dim == 3) J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+    J = MPMDet((int)dim, F);
     if (J > 0 && PetscMax(J, 1 / J) > PetscMax(most, 1 / most)) most = J;
   }
   odd->ratio = PetscMax(most, 1 / most);
@@ -125,7 +102,7 @@ PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points || scene->bodies[b].source.on || scene->bodies[b].removed) return PETSC_FALSE;
     weight = PetscMax(weight, MPMUnlikelyWeight(look, scene->bodies[b].material));
-    for (PetscInt j = 0; Place(dim, look->lower[b], look->upper[b], j, x); j++) {
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[b], look->upper[b], PLACES, j, x); j++) {
       MPMMaterialStart s = {0};
       char             wrong[MPM_TEXT_LEN];
 
@@ -149,10 +126,10 @@ PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *
   const MPMScene *scene = look->scene;
   const PetscReal out   = face % 2 ? 1 : -1;
 
-  if (!IsStart(look) || Type(look, face) != MPM_WALL_friction || out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n || look->core->stages.n || scene->nbodies > 1)
+  if (!IsStart(look) || MPMUnlikelyWall(look, face) != MPM_WALL_friction || out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n || look->core->stages.n || scene->nbodies > 1)
     return PETSC_FALSE;
   for (PetscInt other = 0; other < 2 * look->core->grid.dim; other++)
-    if (other != face && Type(look, other) != MPM_WALL_free) return PETSC_FALSE;
+    if (other != face && MPMUnlikelyWall(look, other) != MPM_WALL_free) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     PetscReal v[9] = {0};
 
@@ -180,7 +157,7 @@ PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
       PetscInt in = 0, all = 0;
 
       if (b == s || scene->bodies[b].source.on || scene->bodies[b].points || scene->bodies[b].removed) continue;
-      for (; Place(dim, lower, upper, all, x); all++) in += MPMRegionInside(&scene->bodies[b].region, dim, x);
+      for (; MPMUnlikelyPlace(dim, lower, upper, PLACES, all, x); all++) in += MPMRegionInside(&scene->bodies[b].region, dim, x);
       if (!((PetscReal)in / (PetscReal)all > odd->ratio)) continue;
       odd->ratio = (PetscReal)in / (PetscReal)all;
       (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", scene->bodies[s].name);

@@ -110,7 +110,7 @@ PetscBool MPMUnlikely_step_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal crosses = MPMGridSmallestH(&look->core->grid) / look->c;
 
   (void)k;
-  if (MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static")) return PETSC_FALSE; /* no waves */
+  if (MPMUnlikelyStatic(odd)) return PETSC_FALSE; /* no waves */
   if (!MPMUnlikelyNumber("dt_size", NULL, "", odd, &odd->ratio) || look->core->status.v2 > look->c * look->c) return PETSC_FALSE;
   MPMUnlikelyWrite(odd->other, crosses);
   odd->ratio /= crosses;

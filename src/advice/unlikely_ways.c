@@ -14,10 +14,15 @@
 /* A body, its box at the start, how far it has come, m; is it held, or at rest on something? Then along which axes (bits). */
 typedef struct {
   const MPMBody *body;
-  PetscBool      rigid;
   PetscInt       held;
   PetscReal      lower[3], upper[3], way[PARTS + 1][3];
 } Thing;
+
+/* Does nothing that it meets change how a body moves? */
+static PetscBool IsGiven(const Thing *t)
+{
+  return t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* Returns the time after k parts, s: of a run that is far too long its beginning is looked at too. */
 static PetscReal After(const MPMLook *look, PetscInt k)
@@ -30,18 +35,16 @@ static PetscReal After(const MPMLook *look, PetscInt k)
 /* Returns the mean velocity of a body at the start, m/s; 0 where it only turns or vibrates. */
 static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscReal mean[3])
 {
-  const PetscInt n = dim == 1 ? PLACES : dim == 2 ? PLACES * PLACES : PLACES * PLACES * PLACES;
-  PetscReal      spread = 0, size = 0;
+  const PetscReal n      = PetscPowRealInt(PLACES, dim);
+  PetscReal       spread = 0, size = 0, x[3] = {0};
 
   mean[0] = mean[1] = mean[2] = 0;
   for (int round = 0; round < 2 && b->velocity; round++)
-    for (PetscInt j = 0; j < n; j++) {
-      const PetscInt at[] = {j % PLACES, j / PLACES % PLACES, j / (PLACES * PLACES)};
-      PetscReal      x[3] = {0}, v[9] = {0};
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, lower, upper, PLACES, j, x); j++) {
+      PetscReal v[9] = {0};
 
-      for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)at[d] + 0.5) / PLACES;
       if (MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v)) return;
-      for (PetscInt d = 0; d < dim && !round; d++) mean[d] += v[d] / (PetscReal)n;
+      for (PetscInt d = 0; d < dim && !round; d++) mean[d] += v[d] / n;
       for (PetscInt d = 0; d < dim && round; d++) spread = PetscMax(spread, PetscAbsReal(v[d] - mean[d]));
     }
   for (PetscInt d = 0; d < dim; d++) size = PetscMax(size, PetscAbsReal(mean[d]));
@@ -51,9 +54,8 @@ static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const 
 /* Sets the ways of a body that nothing holds. */
 static void Go(const MPMLook *look, Thing *t)
 {
-  const PetscInt  dim   = look->core->grid.dim;
-  const PetscBool falls = t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_FALSE : PETSC_TRUE;
-  PetscReal       v[9] = {0};
+  const PetscInt dim  = look->core->grid.dim;
+  PetscReal      v[9] = {0};
 
   if (t->body->rigid != MPM_RIGID_MOVING) Mean(t->body, dim, t->lower, t->upper, v);
   for (PetscInt k = 1; k <= PARTS; k++) {
@@ -61,7 +63,7 @@ static void Go(const MPMLook *look, Thing *t)
 
     if (t->body->rigid == MPM_RIGID_MOVING && t->body->velocity && MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v)) return;
     for (PetscInt d = 0; d < dim; d++)
-      t->way[k][d] = t->held >> d & 1 ? 0 : t->way[k - 1][d] + part * v[d] + (falls ? look->core->params.gravity[d] * part * (time - 0.5 * part) : 0);
+      t->way[k][d] = t->held >> d & 1 ? 0 : t->way[k - 1][d] + part * v[d] + (IsGiven(t) ? 0 : look->core->params.gravity[d] * part * (time - 0.5 * part));
   }
 }
 
@@ -113,17 +115,17 @@ static PetscBool IsNear(MPMWall type, PetscReal gap)
 /* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by another body that is held. */
 static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
 {
-  const MPMGrid *grid = &look->core->grid;
-  PetscBool      more = PETSC_TRUE;
+  const MPMGrid  *grid  = &look->core->grid;
+  const PetscReal reach = Reach();
+  PetscBool       more  = PETSC_TRUE;
 
   for (PetscInt k = 0; k < n; k++) {
     Thing *t = &thing[k];
 
-    if (t->rigid && t->body->rigid != MPM_RIGID_FREE) continue;
+    if (IsGiven(t)) continue;
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscReal sign = face % 2 ? 1 : -1, toward = PetscMax(sign * t->way[1][face / 2], sign * look->core->params.gravity[face / 2]);
-
-      const MPMWall type = look->scene->walls.given[face / 2][face % 2].type;
+      const MPMWall   type = MPMUnlikelyWall(look, face);
 
       if (IsNear(type, Before(look, t, face, 0)) && Holds(type, toward)) t->held |= MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ? ALL : 1 << face / 2;
     }
@@ -134,8 +136,7 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
       const Thing *by = &thing[k / n];
       Thing       *t  = &thing[k % n];
 
-      if (by == t || t->held == ALL || (t->rigid && t->body->rigid != MPM_RIGID_FREE) || !(by->held || (by->rigid && by->body->rigid != MPM_RIGID_FREE)) || Apart(grid, by, t, 0) >= Reach())
-        continue;
+      if (by == t || t->held == ALL || IsGiven(t) || !(by->held || IsGiven(by)) || Apart(grid, by, t, 0) >= reach) continue;
       t->held = ALL;
       more    = PETSC_TRUE;
     }
@@ -145,9 +146,10 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
 /* Follows body k until it meets something or leaves the grid. */
 static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscInt k, MPMWay *w)
 {
-  const MPMGrid *grid = &look->core->grid;
-  const Thing   *t    = &thing[k];
-  PetscReal      moved = 0;
+  const MPMGrid  *grid  = &look->core->grid;
+  const Thing    *t     = &thing[k];
+  const PetscReal reach = Reach();
+  PetscReal       moved = 0;
 
   w->face = -1;
   w->gap  = PETSC_MAX_REAL;
@@ -162,15 +164,15 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
       gap = j == k ? PETSC_MAX_REAL : Apart(grid, t, &thing[j], p);
       if (gap < w->gap) (void)snprintf(w->nearest, MPM_WORDS, "%s", thing[j].body->name);
       w->gap = PetscMin(w->gap, gap);
-      if (gap < Reach() && relative > 1e-12 * moved) return;
+      if (gap < reach && relative > 1e-12 * moved) return;
     }
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  d    = face / 2, next = PetscMin(PARTS, p + 1);
-      const MPMWall   type = look->scene->walls.given[d][face % 2].type;
+      const MPMWall   type = MPMUnlikelyWall(look, face);
       const PetscReal gap = Before(look, t, face, p), toward = (face % 2 ? 1 : -1) * (t->way[next][d] - t->way[next - 1][d]);
 
       if (grid->periodic[d] || (grid->round && !face)) continue;
-      if (type == MPM_WALL_free && gap < -0.5 && !t->rigid) {
+      if (type == MPM_WALL_free && gap < -0.5 && !t->body->rigid) {
         w->face = face;
         w->t    = After(look, p);
         return;
@@ -201,10 +203,9 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     way[k].face = -1;
     if (k < scene->nbodies && scene->bodies[k].source.on) flows = PETSC_TRUE;
     if (scene->bodies[k].removed || (k >= scene->nbodies && scene->bodies[k].rigid == MPM_RIGID_NONE)) continue;
-    t->body  = &scene->bodies[k];
-    t->rigid = k >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
-    if (t->rigid) MPMRegionBounds(&t->body->region, dim, t->lower, t->upper);
-    for (PetscInt d = 0; d < dim && !t->rigid; d++) {
+    t->body = &scene->bodies[k];
+    if (t->body->rigid) MPMRegionBounds(&t->body->region, dim, t->lower, t->upper);
+    for (PetscInt d = 0; d < dim && !t->body->rigid; d++) {
       t->lower[d] = look->lower[k][d];
       t->upper[d] = look->upper[k][d];
     }
@@ -257,7 +258,7 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = w->moved;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   for (PetscInt face = 0; face < 2 * look->core->grid.dim && !w->nearest[0]; face++)
-    if (!(look->scene->walls.given[face / 2][face % 2].type == MPM_WALL_free || look->core->grid.periodic[face / 2]))
+    if (!(MPMUnlikelyWall(look, face) == MPM_WALL_free || look->core->grid.periodic[face / 2]))
       (void)snprintf(odd->meant, MPM_WORDS, "no wall is on its way");
   if (w->nearest[0]) (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
   return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
@@ -279,15 +280,13 @@ static PetscInt Clamp(const MPMLook *look, PetscInt k)
   const MPMGrid *grid  = &look->core->grid;
   PetscInt       clamp = -1;
 
-  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || look->core->grid.total ||
+  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || grid->total ||
       !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
     return -1;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d   = face / 2;
-    const MPMWall   t   = look->scene->walls.given[d][face % 2].type;
-    const PetscReal gap = face % 2 ? grid->upper[d] - look->upper[k][d] : look->lower[k][d] - grid->lower[d];
+    const MPMWall t = MPMUnlikelyWall(look, face);
 
-    if (t == MPM_WALL_free || gap > 0.5 * grid->h[d]) continue;
+    if (t == MPM_WALL_free || MPMUnlikelyBeside(look, k, face) > 0.5) continue;
     if (clamp >= 0 || !MPMWallHas(t, MPM_WALL_TANGENT)) return -1;
     clamp = face;
   }
@@ -380,10 +379,10 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  e    = face / 2;
-      const MPMWall   type = look->scene->walls.given[e][face % 2].type;
-      const PetscReal gap  = (face % 2 ? grid->upper[e] - look->highest[e] : look->lowest[e] - grid->lower[e]) - look->scene->walls.place[face];
+      const MPMWall   type = MPMUnlikelyWall(look, face);
+      const PetscReal gap  = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / grid->h[e];
 
-      if (gap < NEAR * grid->h[e] && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
+      if (gap < NEAR && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
     }
     if (held) continue;
     odd->ratio = 1;

@@ -1,5 +1,6 @@
 /* unlikely_words.c - what the functions of the rows of plausible.def share: options that were given, sizes of what is looked
    at. */
+#include <strings.h>
 #include "advice/unlikely.h"
 
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *odd)
@@ -22,6 +23,11 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
   return end != odd->value && !*end ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMUnlikelyStatic(MPMOdd *odd)
+{
+  return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static") ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[9])
 {
   const MPMBody *b = &look->scene->bodies[k];
@@ -34,6 +40,33 @@ PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, Pets
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
 {
   (void)snprintf(text, MPM_WORDS, "%.3g", (double)number);
+}
+
+void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal number)
+{
+  const size_t n = strlen(text);
+
+  (void)snprintf(text + n, MPM_WORDS - n, "%s%.*g", n ? "," : "", digits, (double)number);
+}
+
+MPMWall MPMUnlikelyWall(const MPMLook *look, PetscInt face)
+{
+  return look->scene->walls.given[face / 2][face % 2].type;
+}
+
+PetscReal MPMUnlikelyBeside(const MPMLook *look, PetscInt k, PetscInt face)
+{
+  const MPMGrid  *grid  = &look->core->grid;
+  const PetscInt  d     = face / 2;
+  const PetscReal lower = k < 0 ? look->lowest[d] : look->lower[k][d], upper = k < 0 ? look->highest[d] : look->upper[k][d];
+
+  return (face % 2 ? grid->upper[d] - upper : lower - grid->lower[d]) / grid->h[d];
+}
+
+PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j, PetscReal x[3])
+{
+  for (PetscInt d = 0; d < dim; d++, j /= n) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
+  return j ? PETSC_FALSE : PETSC_TRUE;
 }
 
 PetscReal MPMUnlikelyExtent(const MPMLook *look, PetscInt m, PetscInt d)

@@ -40,7 +40,7 @@ PetscErrorCode MPMWatchSetFromOptions(MPMWatch *w, MPMOptions o)
    matter at rest. */
 static PetscBool MayCut(const MPMScene *scene)
 {
-  PetscBool cuts = PETSC_FALSE, moves = PETSC_FALSE;
+  PetscBool cuts = PETSC_FALSE, moves = MPMWallsHave(&scene->walls, MPM_WALL_MOVES);
 
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     const MPMBody *b = &scene->bodies[k];
@@ -49,8 +49,6 @@ static PetscBool MayCut(const MPMScene *scene)
     if (b->rigid && !b->tied) cuts = PETSC_TRUE;
     if (b->velocity || b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE) moves = PETSC_TRUE;
   }
-  for (PetscInt k = 0; k < 6; k++)
-    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moves = PETSC_TRUE;
   return cuts && moves ? PETSC_TRUE : PETSC_FALSE;
 }
 

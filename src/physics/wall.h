@@ -55,6 +55,14 @@ typedef struct MPMWalls {
   PetscBool changes[6];     /* the velocity is a formula of time */
 } MPMWalls;
 
+/* Returns whether any of the walls does one of `acts`. */
+MPM_INLINE PetscBool MPMWallsHave(const MPMWalls *walls, int acts)
+{
+  for (PetscInt face = 0; face < 6; face++)
+    if (MPMWallHas(walls->given[face / 2][face % 2].type, acts)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 void MPMWallsDerive(MPMWalls *);
 
 /* What changes with time, by the functions of scene/move_walls.c. MPMWallsMove gives the walls that `changes` marks
