@@ -11,8 +11,9 @@
 #define USUAL    5     /* iterations of Newton's method in a step */
 #define LONG     1     /* s: a run that takes as long is foretold by its first two iterations */
 
-/* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to those after a step to these; or, if it is where
-   they were as the step began, to those of then. Without inertia these are 0. */
+/* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to
+   those after a step to these; or, if it is where they were as the step began, to those of then. Without inertia these are
+   0. */
 static PetscErrorCode ToNodes(struct MPMStatic *s, Vec from)
 {
   const PetscInt     dim = s->core->grid.dim;
@@ -379,7 +380,8 @@ static PetscErrorCode Solve(struct MPMStatic *s, SNESConvergedReason *reason)
   PetscCall(Begin(s));
   PetscCall(SNESGetKSP(s->snes, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCReset(pc)); /* so that a step depends on nothing but its state, and a restart has the same bits; KSPReset would forget -ksp_view */
+  /* So that a step depends on nothing but its state, and a restart has the same bits. KSPReset would forget -ksp_view. */
+  PetscCall(PCReset(pc));
   PetscCall(Predict(s));
   if (s->bound[0]) PetscCall(KSPReset(ksp)); /* the variational inequality solves for fewer unknowns */
   PetscCall(SNESSolve(s->snes, NULL, s->u));

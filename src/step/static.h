@@ -26,7 +26,8 @@ struct MPMStatic {
   PetscBool checked;   /* the options of PETSc's solvers have been looked at */
   PetscBool symmetric; /* the tangents of all laws */
 
-  /* The unknowns: the displacements of own nodes that have mass, or on which a strain depends, [n][dim], in the order of the patch's rows. */
+  /* The unknowns: the displacements of own nodes that have mass, or on which a strain depends, [n][dim], in the order of the
+     patch's rows. */
   PetscInt   n;
   PetscInt  *node;  /* [n] the node, in the patch's arrays */
   PetscInt  *at;    /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */
@@ -39,15 +40,16 @@ struct MPMStatic {
   PetscReal *known; /* [n][dim] where a wall holds it at the end of the step, m */
   Vec        bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
   SNES       snes;
-  Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant */
+  Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant, NULL: there is none */
   Mat        M;         /* the masses, kg, of steps with inertia; NULL: they have none */
   Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
   Vec        v, past;   /* velocities and forces as the step begins, m/s, N, of steps with inertia */
   PetscReal  beta, gamma;    /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
   PetscReal  per, held_over; /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
-  PetscReal  nominal, grain; /* N/m: a large entry of K; all are multiples of grain, so that their sums are exact in any sequence (0: they are not) */
-  PetscReal  norm;      /* of the residual of that state, N, the same bits on any number of processes */
+  PetscReal  nominal;   /* a large entry of K, N/m */
+  PetscReal  grain;     /* N/m: all entries are multiples, so that their sums are exact in any sequence; 0: they are not */
   PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
+  PetscReal  norm;      /* of the residual of that state, N, the same bits on any number of processes */
   PetscReal  stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
 
@@ -63,12 +65,13 @@ struct MPMStatic {
 };
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
-   nodes, and is collective on exchange.data, as is Destroy; Step makes a step from core->t over params.dt: if there is no
+   nodes, and is collective on exchange.data, as are Renew and Destroy. Renew finds the masses as a step of the updated frame
+   begins and, if particles have moved, unknowns, springs and solver. Step makes a step from core->t over params.dt: if there is no
    equilibrium, core->stop says why, and the particles are those before it. CheckOptions says there which option of PETSc's
    solvers nothing has read, once the first solve has read what it takes. Report prints what the steps cost. */
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *, const MPMScene *, const MPMTime *, MPMOptions);
 PetscErrorCode MPMStaticCreate(MPMCore *);
-PetscErrorCode MPMStaticRenew(struct MPMStatic *); /* in the updated frame, as a step begins: masses, and if particles have moved unknowns, springs and solver */
+PetscErrorCode MPMStaticRenew(struct MPMStatic *);
 PetscErrorCode MPMStaticStep(MPMCore *);
 PetscErrorCode MPMStaticCheckOptions(MPMCore *);
 PetscErrorCode MPMStaticPrint(const MPMCore *); /* the line of the solver, before the first step */
@@ -104,10 +107,11 @@ PetscErrorCode MPMStaticSpread(struct MPMStatic *, const PetscReal own[], PetscR
 PetscInt       MPMStaticOrder(const struct MPMStatic *);
 PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *, PetscInt reach, Mat *);
 
-/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes; Springs sets r to their forces, N, by displacements u. Tangent (static_matrix.c) sets K to the tangent of
-   the state that the residual was last made of, with the rows and columns of what walls hold replaced; if x has
-   displacements of these, what they do to the others is taken from b. Leap finds the largest component of the
-   displacement gradient in the step, 1. Afterwards the particles are those as the step began. Collective on exchange.data. */
+/* The matrices: Stabilise (static_ghosts.c) makes the springs of weak nodes; Springs sets r to their forces, N, by displacements
+   u, and uses work. Tangent (static_matrix.c) sets K to the tangent of the state that the residual was last made of, with the
+   rows and columns of what walls hold replaced; if x has displacements of these, what they do to the others is taken from b.
+   Leap finds the largest component of the displacement gradient in the step, 1. Afterwards the particles are those as the step
+   began. Collective on exchange.data. */
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *);
 PetscErrorCode MPMStaticSprings(struct MPMStatic *, Vec u, Vec r);
 PetscErrorCode MPMStaticTangent(struct MPMStatic *, Mat K, Vec x, Vec b);
@@ -121,22 +125,22 @@ MPM_INLINE PetscReal MPMStaticGrain(PetscReal x, PetscReal grain)
   return grain > 0 ? (x / grain + round - round) * grain : x;
 }
 
-/* LU of the whole tangent on each process (static_whole.c). Create makes of a PC one by it. Solver gives its solver, NULL for
-   other PCs. Exact returns whether the steps have the same bits on any number of processes. Create is collective on
-   exchange.data. */
+/* LU of the whole tangent on each process (static_whole.c). Create makes a PC solve by it, and is collective on exchange.data.
+   Solver gives its solver, NULL for other PCs. */
 PetscErrorCode MPMStaticWholeCreate(struct MPMStatic *, PC);
 PetscErrorCode MPMStaticWholeSolver(PC, KSP *);
 
-/* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the forces of
-   these on nodes, p, from the residual r. Press holds nodes that are at their bounds and pressed on them by r, which becomes 0 there; with r
-   NULL it lets them go. Collective on exchange.data. */
+/* Walls (static_walls.c). Hold sets what walls hold as a step begins, and the bounds by those that only push. Push sets the
+   forces of these on nodes, p, from the residual r. Press holds nodes that are at their bounds and pressed on them by r, which
+   becomes 0 there; with r NULL it lets them go. Collective on exchange.data. */
 PetscErrorCode MPMStaticHold(struct MPMStatic *);
 PetscErrorCode MPMStaticPress(struct MPMStatic *, Vec r);
 PetscErrorCode MPMStaticPush(struct MPMStatic *, Vec r);
 
-/* Inertia (static_inertia.c). Mass makes the matrix and vectors. InertiaBegin finds the velocities and forces as the step begins, and
-   a first guess of the displacements. Inertia adds the inertial forces of displacements u to r, N. Velocity returns that of own
-   component k after a step in which it moved by so much, m, and had velocity v before. Share returns that of gravity at time t. All but the last two are collective on exchange.data. */
+/* Inertia (static_inertia.c). Mass makes the matrix and vectors. InertiaBegin finds the velocities and forces as the step
+   begins, and a first guess of the displacements. Inertia adds the inertial forces of displacements u to r, N. Velocity returns
+   that of own component k after a step in which it moved by so much, m, and had velocity v before. Share returns that of
+   gravity at time t. All but the last two are collective on exchange.data. */
 PetscErrorCode MPMStaticMass(struct MPMStatic *);
 PetscErrorCode MPMStaticInertiaBegin(struct MPMStatic *);
 PetscErrorCode MPMStaticInertia(struct MPMStatic *, Vec u, Vec r);

@@ -142,7 +142,8 @@ static PetscBool IsOwn(const struct MPMStatic *s, const PetscInt ijk[])
   return PETSC_TRUE;
 }
 
-/* Looks at the run of nodes from ijk [3] on along axis d: if all have mass, one is weak and one is own, it sets *run, and number [5]. */
+/* Looks at the run of nodes from ijk [3] on along axis d, and sets *run and number [5], those of its unknowns. Returns whether
+   it has springs here: all nodes have unknowns, one is weak and one is own. */
 static PetscBool FindRun(const struct MPMStatic *s, const PetscInt ijk[], PetscInt d, const PetscReal weak[],
                          const PetscReal modulus[], PetscInt number[], MPMStaticRun *run)
 {
@@ -188,7 +189,7 @@ static PetscErrorCode AddRun(struct MPMStatic *s, const MPMStaticRun *run, const
 PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
 {
   const PetscInt dim = s->core->grid.dim, size = s->wide[0] * s->wide[1] * s->wide[2];
-  PetscInt       room = 0;
+  PetscInt       room = 0, any;
   PetscReal     *weak, *modulus;
 
   PetscFunctionBeginUser;
@@ -212,29 +213,29 @@ PetscErrorCode MPMStaticStabilise(struct MPMStatic *s)
   PetscCall(PetscFree2(weak, modulus));
   PetscCall(MatAssemblyBegin(s->ghosts, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->ghosts, MAT_FINAL_ASSEMBLY));
+  any = s->nruns;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, s->core->exchange.data));
+  if (!any) PetscCall(MatDestroy(&s->ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStaticSprings(struct MPMStatic *s, Vec u, Vec r)
 {
   const PetscInt     order = MPMStaticOrder(s), dim = s->core->grid.dim, size = s->wide[0] * s->wide[1] * s->wide[2];
-  const PetscScalar *now, *was;
+  const PetscScalar *step;
   PetscScalar       *force;
   PetscReal         *own, *moved;
-  PetscInt           begin, any = s->nruns;
+  PetscInt           begin;
 
   PetscFunctionBeginUser;
   PetscCall(VecSet(r, 0));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, s->core->exchange.data));
-  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecWAXPY(s->work, -1, s->was, u));
   PetscCall(VecGetOwnershipRange(u, &begin, NULL));
   PetscCall(PetscMalloc2(PetscMax(1, s->n), &own, size, &moved));
   for (PetscInt c = 0; c < dim; c++) {
-    PetscCall(VecGetArrayRead(u, &now));
-    PetscCall(VecGetArrayRead(s->was, &was));
-    for (PetscInt q = 0; q < s->n; q++) own[q] = now[q * dim + c] - was[q * dim + c];
-    PetscCall(VecRestoreArrayRead(s->was, &was));
-    PetscCall(VecRestoreArrayRead(u, &now));
+    PetscCall(VecGetArrayRead(s->work, &step));
+    for (PetscInt q = 0; q < s->n; q++) own[q] = step[q * dim + c];
+    PetscCall(VecRestoreArrayRead(s->work, &step));
     PetscCall(MPMStaticSpread(s, own, 0, moved));
     PetscCall(VecGetArray(r, &force));
     for (PetscInt i = 0; i < s->nruns; i++) {

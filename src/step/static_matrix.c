@@ -28,13 +28,14 @@ static PetscErrorCode TakeKnown(struct MPMStatic *s, Mat K, Vec x, Vec b)
 {
   const PetscScalar *known;
   PetscScalar       *force;
-  PetscReal          most;
+  PetscReal          most, grain;
   PetscInt           begin;
   VecScatter         gather;
   Vec                all;
 
   PetscFunctionBeginUser;
   PetscCall(VecNorm(x, NORM_INFINITY, &most));
+  grain = s->grain * PetscPowReal(2, PetscCeilReal(PetscLog2Real(PetscMax(most, PETSC_SMALL * PETSC_SMALL))));
   PetscCall(VecGetOwnershipRange(x, &begin, NULL));
   PetscCall(VecScatterCreateToAll(x, &gather, &all));
   PetscCall(VecScatterBegin(gather, x, all, INSERT_VALUES, SCATTER_FORWARD));
@@ -46,7 +47,6 @@ static PetscErrorCode TakeKnown(struct MPMStatic *s, Mat K, Vec x, Vec b)
     const PetscInt     row = begin + k;
     const PetscInt    *columns;
     const PetscScalar *values;
-    const PetscReal    grain = s->grain * PetscPowReal(2, PetscCeilReal(PetscLog2Real(PetscMax(most, PETSC_SMALL * PETSC_SMALL))));
     PetscInt           n;
     PetscReal          sum = 0;
 

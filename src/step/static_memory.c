@@ -1,13 +1,15 @@
-/* static_memory.c - the memory of implicit steps: that of their matrices, which have room before the first step, and that of what
-   PETSc's solvers make of them, which is foretold by what was measured, and told by the objects themselves after the last solve. */
+/* static_memory.c - the memory of implicit steps: that of their matrices, which have room before the first step, and that of
+   what PETSc's solvers make of them, which is foretold by what was measured, and told by the objects themselves after the last
+   solve. */
 #include "parallel/exchange.h"
 #include "physics/tangent.h"
 #include "step/static.h"
 
 #define ENTRY ((PetscReal)(sizeof(PetscScalar) + sizeof(PetscInt))) /* of a matrix: a number and its column */
 
-/* What was measured: entries of LU factors by PETSc's nested dissection over those of the matrix, which grow with a power of the
-   number of unknowns; entries of all coarser levels and prolongations of GAMG; and vectors of a step and of GMRES with its restart. */
+/* What was measured: entries of LU factors by PETSc's nested dissection over those of the matrix, which grow with a power of
+   the number of unknowns; entries of all coarser levels and prolongations of GAMG; and vectors of a step and of GMRES with its
+   restart. */
 #define FACTORS_1D    1.3
 #define FACTORS_2D    0.55
 #define FACTORS_HATS  0.33 /* of hats, whose nodes have fewer neighbours */

@@ -70,28 +70,24 @@ static PetscErrorCode CreateNumbers(struct MPMStatic *s, PetscInt width)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets ijk [3] to where this node of the patch is. */
-static void NodeAt(const MPMPatch *patch, PetscInt node, PetscInt ijk[])
+/* Sets ijk [3] to where own unknown q is. */
+void MPMStaticWhere(const struct MPMStatic *s, PetscInt q, PetscInt ijk[])
 {
-  const PetscInt row = node / patch->n[0];
+  const MPMPatch *patch = &s->core->exchange.patch;
+  const PetscInt  row   = s->node[q] / patch->n[0];
 
-  ijk[0] = patch->lo[0] + node % patch->n[0];
+  ijk[0] = patch->lo[0] + s->node[q] % patch->n[0];
   ijk[1] = patch->lo[1] + row % patch->n[1];
   ijk[2] = patch->lo[2] + row / patch->n[1];
 }
 
-/* Sets ijk [3] to where own unknown q is. */
-void MPMStaticWhere(const struct MPMStatic *s, PetscInt q, PetscInt ijk[])
-{
-  NodeAt(&s->core->exchange.patch, s->node[q], ijk);
-}
-
-/* Makes a vector that has 1 or more at own nodes, in the order of the DM, on whose displacements the strain of a particle depends.
-   With the linear basis they need not have mass: a particle on a line of the grid has no weight there, but a gradient. */
+/* Makes a vector that has 1 or more at own nodes, in the order of the DM, on whose displacements the strain of a particle
+   depends. With the linear basis they need not have mass: a particle on a line of the grid has no weight there, but a
+   gradient. */
 static PetscErrorCode FindStrained(struct MPMStatic *s, Vec *strained)
 {
   MPMCore       *core   = s->core;
-  const PetscInt fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l), n = MPMBasisNodes(core->basis);
   PetscScalar   *mark;
   MPMStaticNodes t;
   MPMView        view;
@@ -105,9 +101,10 @@ static PetscErrorCode FindStrained(struct MPMStatic *s, Vec *strained)
   for (PetscInt p = 0; p < view.n; p++) {
     MPMStaticStencil(s, &view, p, &t);
     for (PetscInt i = 0; i < t.n; i++) {
-      const PetscInt n = MPMBasisNodes(core->basis), ijk[3] = {t.base[0] + i % n, t.base[1] + i / n % n, t.base[2] + i / (n * n)};
+      const PetscInt ijk[3] = {t.base[0] + i % n, t.base[1] + i / n % n, t.base[2] + i / (n * n)};
 
-      if (t.g[i][0] != 0 || (core->grid.dim > 1 && t.g[i][1] != 0) || (core->grid.dim > 2 && t.g[i][2] != 0)) mark[MPMStaticPlace(s, ijk)] = 1;
+      for (PetscInt d = 0; d < core->grid.dim; d++)
+        if (t.g[i][d] != 0) mark[MPMStaticPlace(s, ijk)] = 1;
     }
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
@@ -258,10 +255,9 @@ PetscErrorCode MPMStaticNumber(struct MPMStatic *s)
     s->n = 0;
     MPM_FOR_OWN_ROWS(patch, r)
     for (PetscInt i = r.first; i < r.last; i++) {
-      PetscInt ijk[3];
+      const PetscInt k = ((r.ijk[2] - x[2]) * m[1] + r.ijk[1] - x[1]) * m[0] + r.ijk[0] + i - x[0];
 
-      NodeAt(patch, r.row * patch->n[0] + i, ijk);
-      if (!(r.sum[i].m > 0) && !(mark[((ijk[2] - x[2]) * m[1] + ijk[1] - x[1]) * m[0] + ijk[0] - x[0]] > 0)) continue;
+      if (!(r.sum[i].m > 0) && !(mark[k] > 0)) continue;
       if (pass) s->node[s->n] = r.row * patch->n[0] + i;
       s->n++;
     }

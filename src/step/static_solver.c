@@ -5,7 +5,7 @@
 #include "step/static.h"
 
 #define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
-#define GRAIN 43 /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
+#define GRAIN      43   /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
@@ -116,7 +116,8 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
   if (direct && size > 1 && !s->bound[0])
     PetscCall(MPMStaticWholeCreate(s, pc));
   else
-    PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG)); /* masses make K well conditioned */
+    /* Masses make K well conditioned, so that Jacobi's is enough. */
+    PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG));
   PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
   PetscCall(KSPGMRESSetRestart(ksp, 100));
   PetscCall(SNESSetFromOptions(s->snes));
@@ -234,7 +235,7 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
 {
   const struct MPMStatic *s = core->implicit;
   PetscInt                n;
-  KSP                     ksp;
+  KSP                     ksp, whole;
   PC                      pc;
   KSPType                 linear;
   PCType                  with;
@@ -242,8 +243,7 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   SNESLineSearch          search;
   SNESLineSearchType      how;
   PetscReal               bytes, solver;
-  PetscBool               exact;
-  const char             *name;
+  PetscBool               exact = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(MPMStaticMatrixBytes(s, PETSC_TRUE, &bytes));
@@ -256,21 +256,20 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   PetscCall(KSPGetType(ksp, &linear));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &with));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCSHELL, &exact));
-  if (exact) {
-    PetscCall(PCShellGetName(pc, &name));
-    with = name;
-  }
+  PetscCall(MPMStaticWholeSolver(pc, &whole));
+  if (whole) PetscCall(PCShellGetName(pc, &with));
   PetscCall(IsExact(s, &exact));
   PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, ksp %s, pc %s; the same bits %s\n",
+                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, "
+                     "ksp %s, pc %s; the same bits %s\n",
                      n, (double)(bytes / 1e6), (double)(solver / 1e6), type, how, linear, with,
                      exact && s->searches ? "on any number of processes, but where a step needs a line search"
-                     : exact         ? "on any number of processes"
-                                     : "each time on as many processes"));
+                     : exact              ? "on any number of processes"
+                                          : "each time on as many processes"));
   for (PetscInt k = 0; k < core->params.nmaterials; k++)
     if (!MPMTangentIsOwn(&core->params.materials[k]))
-      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n", core->params.materials[k].name));
+      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n",
+                         core->params.materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,6 +287,7 @@ PetscErrorCode MPMStaticReport(const MPMCore *core)
   PetscCall(MPMPrint(&core->print,
                      "%-10s %" PetscInt_FMT " solves, of which %" PetscInt_FMT " found no %s, with %" PetscInt_FMT
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces%s\n",
-                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton, s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), took));
+                     s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton,
+                     s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), took));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,8 +6,8 @@
 
 typedef struct {
   IS         order; /* the unknowns of all processes, in the order of the grid's nodes */
-  PetscInt  *place; /* [n] where own unknowns are in it */
   PetscInt   n;
+  PetscInt  *place; /* [n] where own unknowns are in it */
   Mat       *whole; /* one, the tangent in this order */
   VecScatter all;
   Vec        b, x;
@@ -17,19 +17,17 @@ typedef struct {
 /* Finds the order. Collective on exchange.data. */
 static PetscErrorCode FindOrder(struct MPMStatic *s, Whole *w)
 {
-  const MPMGrid *grid = &s->core->grid;
-  const PetscInt dim  = grid->dim;
-  const MPI_Comm comm = s->core->exchange.data;
-  PetscMPIInt    size, n, *counts, *first;
-  PetscInt      *own, *node, *at, *index, begin, total;
+  const MPMGrid  *grid = &s->core->grid;
+  const PetscInt  dim  = grid->dim;
+  const PetscInt *node;
+  PetscInt       *own, *at, *index, begin, total;
+  IS              here, all;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(VecGetSize(s->u, &total));
   PetscCall(VecGetOwnershipRange(s->u, &begin, NULL));
   total /= dim;
-  PetscCall(PetscMPIIntCast(s->n, &n));
-  PetscCall(PetscMalloc5(PetscMax(1, s->n), &own, total, &node, total, &at, size, &counts, size, &first));
+  PetscCall(PetscMalloc2(PetscMax(1, s->n), &own, total, &at));
   for (PetscInt q = 0; q < s->n; q++) {
     PetscInt ijk[3];
 
@@ -37,11 +35,14 @@ static PetscErrorCode FindOrder(struct MPMStatic *s, Whole *w)
     own[q] = 0;
     for (PetscInt d = dim - 1; d >= 0; d--) own[q] = own[q] * grid->nodes[d] + ijk[d] + grid->layers[d];
   }
-  PetscCallMPI(MPI_Allgather(&n, 1, MPI_INT, counts, 1, MPI_INT, comm));
-  for (PetscMPIInt r = 0; r < size; r++) first[r] = r ? first[r - 1] + counts[r - 1] : 0;
-  PetscCallMPI(MPI_Allgatherv(own, n, MPIU_INT, node, counts, first, MPIU_INT, comm));
+  PetscCall(ISCreateGeneral(s->core->exchange.data, s->n, own, PETSC_USE_POINTER, &here));
+  PetscCall(ISAllGather(here, &all));
+  PetscCall(ISGetIndices(all, &node));
   for (PetscInt k = 0; k < total; k++) at[k] = k;
-  PetscCall(PetscSortIntWithArray(total, node, at));
+  PetscCall(PetscSortIntWithPermutation(total, node, at));
+  PetscCall(ISRestoreIndices(all, &node));
+  PetscCall(ISDestroy(&all));
+  PetscCall(ISDestroy(&here));
   w->n = s->n * dim;
   PetscCall(PetscMalloc1(PetscMax(1, w->n), &w->place));
   PetscCall(PetscMalloc1(total * dim, &index));
@@ -51,7 +52,7 @@ static PetscErrorCode FindOrder(struct MPMStatic *s, Whole *w)
     index[k] = own_k + begin;
     if (own_k >= 0 && own_k < w->n) w->place[own_k] = k;
   }
-  PetscCall(PetscFree5(own, node, at, counts, first));
+  PetscCall(PetscFree2(own, at));
   PetscCall(ISCreateGeneral(PETSC_COMM_SELF, total * dim, index, PETSC_OWN_POINTER, &w->order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -67,7 +68,8 @@ static PetscErrorCode SetUp(PC pc)
   PetscCall(PCShellGetContext(pc, &w));
   PetscCall(PCGetOperators(pc, NULL, &K));
   PetscCall(MatCreateSubMatrices(K, 1, &w->order, &w->order, w->whole ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &w->whole));
-  PetscCall(MatAssemblyBegin(w->whole[0], MAT_FINAL_ASSEMBLY)); /* else PETSc 3.18 does not know that it is another, and keeps the factors */
+  /* Without this PETSc 3.18 does not know that the matrix is another, and keeps the factors. */
+  PetscCall(MatAssemblyBegin(w->whole[0], MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(w->whole[0], MAT_FINAL_ASSEMBLY));
   PetscCall(KSPSetOperators(w->solver, w->whole[0], w->whole[0]));
   PetscCall(KSPSetUp(w->solver));
@@ -149,6 +151,6 @@ PetscErrorCode MPMStaticWholeSolver(PC pc, KSP *solver)
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCSHELL, &shell));
   if (!shell) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCShellGetContext(pc, &w));
-  *solver = w->solver;
+  if (w) *solver = w->solver; /* that of -pc_type shell has no context */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

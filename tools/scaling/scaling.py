@@ -249,7 +249,7 @@ def count(args, results):
     results.write()
 
 
-# ---- Validation
+# ---- Whole runs
 
 def timed(args):
     """The scenes of options/ that a calibration times: those whose steps are explicit."""
