@@ -25,7 +25,11 @@ static void Fill(const char text[], const MPMOdd *odd, char line[MPM_TEXT_LEN])
   char ratio[MPM_WORDS];
   const struct {
     const char *name, *words;
-  } all[] = {{"{option}", odd->option}, {"{value}", odd->value}, {"{ratio}", ratio}, {"{other}", odd->other}, {"{meant}", odd->meant}};
+  } all[]           = {{"{option}", odd->option},
+                       {"{value}", odd->value},
+                       {"{ratio}", ratio},
+                       {"{other}", odd->other},
+                       {"{meant}", odd->meant}};
   const size_t nall = sizeof all / sizeof all[0];
   size_t       n    = 0;
 
@@ -97,19 +101,26 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
                                const MPMForecast *f)
 {
   const PetscReal *g    = core->params.gravity;
-  MPMLook          look = {.core = core, .scene = scene, .time = time, .monitor = monitor, .seconds = f->steps * f->step, .dt = f->dt, .steps = f->steps};
+  MPMLook          look = {.core    = core,
+                           .scene   = scene,
+                           .time    = time,
+                           .monitor = monitor,
+                           .seconds = f->steps * f->step,
+                           .dt      = f->dt,
+                           .steps   = f->steps};
   PetscInt         n[NUM_OF];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc3(scene->nbodies, &look.lower, scene->nbodies, &look.upper, scene->nbodies + scene->nshapes, &look.way));
+  PetscCall(PetscCalloc3(scene->nbodies, &look.lower, scene->nbodies, &look.upper, scene->nbodies + scene->nshapes,
+                         &look.way));
   PetscCall(Reach(core, scene, look.lower, look.upper));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     look.g += g[d] * g[d];
     if (PetscAbsReal(g[d]) > PetscAbsReal(g[look.down])) look.down = d;
-    look.lowest[d] = PETSC_MAX_REAL;
+    look.lowest[d]  = PETSC_MAX_REAL;
     look.highest[d] = -PETSC_MAX_REAL;
     for (PetscInt b = 0; b < scene->nbodies; b++) {
-      look.lowest[d] = PetscMin(look.lowest[d], look.lower[b][d]);
+      look.lowest[d]  = PetscMin(look.lowest[d], look.lower[b][d]);
       look.highest[d] = PetscMax(look.highest[d], look.upper[b][d]);
     }
   }

@@ -20,15 +20,15 @@ typedef struct {
   const MPMScene   *scene;
   const MPMTime    *time;
   const MPMMonitor *monitor;
-  PetscReal         seconds, dt; /* that the run is predicted to take; the first step, s */
-  PetscReal         steps;       /* until the end */
-  PetscReal         g;           /* size of gravity, m/s^2 */
-  PetscBool         earth;       /* it is the earth's in m/s^2, so that units are SI */
-  PetscInt          down;        /* the axis along which gravity is largest */
-  PetscReal         c;           /* the fastest wave, m/s */
+  PetscReal         seconds, dt;      /* that the run is predicted to take; the first step, s */
+  PetscReal         steps;            /* until the end */
+  PetscReal         g;                /* size of gravity, m/s^2 */
+  PetscBool         earth;            /* it is the earth's in m/s^2, so that units are SI */
+  PetscInt          down;             /* the axis along which gravity is largest */
+  PetscReal         c;                /* the fastest wave, m/s */
   PetscReal (*lower)[3], (*upper)[3]; /* [nbodies] m: how far the boxes of their particles reach at the start */
-  PetscReal lowest[3], highest[3]; /* m, of all of them */
-  MPMWay   *way;                   /* [nbodies + nshapes] */
+  PetscReal lowest[3], highest[3];    /* m, of all of them */
+  MPMWay   *way;                      /* [nbodies + nshapes] */
 } MPMLook;
 
 /* What is unlikely: the ratio, and the words of the note. */
@@ -67,7 +67,8 @@ void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal);
    place x of number j among n on each axis of a box; returns false beyond the last. */
 MPMWall   MPMUnlikelyWall(const MPMLook *, PetscInt face);
 PetscReal MPMUnlikelyBeside(const MPMLook *, PetscInt k, PetscInt face);
-PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j, PetscReal x[3]);
+PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j,
+                           PetscReal x[3]);
 
 /* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the stress by
    the weight of the highest body of a material, Pa; the modulus of a material for its fastest waves, and Young's, Pa. */
@@ -75,8 +76,9 @@ PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
 PetscReal MPMUnlikelyCohesion(const MPMMaterial *); /* as it was given, Pa; 0: none */
-PetscBool MPMUnlikelyTonnes(const MPMMaterial *); /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
-PetscReal MPMUnlikelyEnd(const MPMLook *);         /* of all stages, s */
+PetscBool
+MPMUnlikelyTonnes(const MPMMaterial *);    /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
+PetscReal MPMUnlikelyEnd(const MPMLook *); /* of all stages, s */
 
 /* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the
    run, whether that is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find

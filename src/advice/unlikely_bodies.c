@@ -18,7 +18,8 @@ PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMBody *b = &look->scene->bodies[k];
 
   if (b->points) return PETSC_FALSE;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, PetscAbsReal(b->offset[d]) / b->b[d]);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    odd->ratio = PetscMax(odd->ratio, PetscAbsReal(b->offset[d]) / b->b[d]);
   MPMUnlikelyWrite(odd->other, b->b[0]);
   return MPMUnlikelyGiven("body", b->name, "_offset", odd);
 }
@@ -26,7 +27,8 @@ PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 /* Returns whether a wall holds the body at one of its ends along an axis, or the axis is periodic. */
 static PetscBool IsAtFace(const MPMLook *look, PetscInt k, PetscInt d)
 {
-  return look->core->grid.periodic[d] || MPMUnlikelyBeside(look, k, 2 * d) < 0.1 || MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1
+  return look->core->grid.periodic[d] || MPMUnlikelyBeside(look, k, 2 * d) < 0.1 ||
+                 MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1
              ? PETSC_TRUE
              : PETSC_FALSE;
 }
@@ -54,8 +56,8 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody     *b = &look->scene->bodies[k];
-  const MPMMaterial *m = &look->scene->materials[b->material];
+  const MPMBody     *b    = &look->scene->bodies[k];
+  const MPMMaterial *m    = &look->scene->materials[b->material];
   PetscReal          size = 0;
 
   if (k || look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
@@ -87,7 +89,8 @@ PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *od
 
   if (!c || grid->dim == 1 || !MPMMaterialKeepsShape(&look->scene->materials[b->material])) return PETSC_FALSE;
   for (PetscInt q = 0; q < c->npairs; q++)
-    if (!c->pair[q].rigid && !c->pair[q].glued && (c->pair[q].a == b->copy || c->pair[q].b == b->copy)) meets = PETSC_TRUE;
+    if (!c->pair[q].rigid && !c->pair[q].glued && (c->pair[q].a == b->copy || c->pair[q].b == b->copy))
+      meets = PETSC_TRUE;
   for (PetscInt other = 0; other < look->scene->nbodies; other++) {
     if (look->scene->bodies[other].v2 > 0) moves = PETSC_TRUE;
     if (other != k) least = PetscMin(least, Gap(look, k, other));
@@ -124,15 +127,17 @@ PetscBool MPMUnlikely_gap_wall(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMBody *b    = &look->scene->bodies[k];
   PetscReal      lower[3], upper[3];
 
-  if (!MPMMaterialKeepsShape(&look->scene->materials[b->material]) || b->v2 > 0 || look->scene->known) return PETSC_FALSE;
+  if (!MPMMaterialKeepsShape(&look->scene->materials[b->material]) || b->v2 > 0 || look->scene->known)
+    return PETSC_FALSE;
   MPMRegionBounds(&b->region, grid->dim, lower, upper);
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscInt  d    = face / 2;
-    const MPMFace  *f    = &look->scene->walls.given[d][face % 2];
-    const PetscReal gap  = MPMUnlikelyBeside(look, k, face);
+    const PetscInt  d   = face / 2;
+    const MPMFace  *f   = &look->scene->walls.given[d][face % 2];
+    const PetscReal gap = MPMUnlikelyBeside(look, k, face);
 
     if (!MPMWallHas(f->type, MPM_WALL_NORMAL) || MPMWallHas(f->type, MPM_WALL_PUSHES | MPM_WALL_MOVES)) continue;
-    if (!b->points && (face % 2 ? upper[d] >= grid->upper[d] : lower[d] <= grid->lower[d])) continue; /* it has a tip there */
+    if (!b->points && (face % 2 ? upper[d] >= grid->upper[d] : lower[d] <= grid->lower[d]))
+      continue; /* it has a tip there */
     if (look->core->params.gravity[d] != 0 || !(gap > 0.05)) continue;
     if (IsAtFace(look, k, d)) continue;
     odd->ratio = gap;
@@ -159,7 +164,8 @@ PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscInt d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
 
-  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1) return PETSC_FALSE;
+  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1)
+    return PETSC_FALSE;
   odd->ratio = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
@@ -192,7 +198,8 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[k];
 
-  if (!(look->g > 0) || look->core->grid.total || look->core->rigids.n || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
+  if (!(look->g > 0) || look->core->grid.total || look->core->rigids.n ||
+      !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
       MPMUnlikelyGiven("particles_leave", NULL, "", odd))
     return PETSC_FALSE;
   return OpenSide(look, k, odd);
@@ -204,16 +211,17 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size)
 {
   const MPMLoad     *load = &look->scene->loads[k];
-  const MPMFormula   f = MPMUnlikelyFormula(look, k);
+  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
   const PetscInt     b = load->body, dim = look->core->grid.dim;
-  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
+  const MPMMaterial *m       = &look->scene->materials[look->scene->bodies[b].material];
   const PetscReal    modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
   PetscReal          extent  = 0;
 
   for (PetscInt d = 0; d < dim; d++) extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
   *size = MPMUnlikelySize(look, &f);
   if (MPMLoadIsOnVolume(load))
-    *size /= PetscPowReal(extent, (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
+    *size /= PetscPowReal(extent,
+                          (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
   odd->ratio = *size / modulus;
   (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)modulus);
   return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -235,7 +243,9 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal          size;
 
   if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size)) return PETSC_FALSE;
-  odd->ratio = size / (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material)) : 20 * m->yield);
+  odd->ratio = size /
+               (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material))
+                     : 20 * m->yield);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
   return odd->ratio < PETSC_MAX_REAL && (!soil || look->g > 0) ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -245,8 +255,7 @@ PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal       size, value;
   const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
 
-  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0))
-    return PETSC_FALSE;
+  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0)) return PETSC_FALSE;
   odd->ratio = size / weight;
   value      = strtod(odd->value, NULL);
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
@@ -256,15 +265,17 @@ PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMLoad     *load = &look->scene->loads[k];
-  const PetscInt     b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
-  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
+  const MPMLoad *load = &look->scene->loads[k];
+  const PetscInt b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
   PetscReal          x[3] = {0};
 
-  if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID || !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
+  if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID ||
+      !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
       (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
     return PETSC_FALSE;
-  for (PetscInt j = 0; j <= 120; j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
+  for (PetscInt j = 0; j <= 120;
+       j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
     const PetscReal t = look->time->end * (PetscReal)(j / 11) / 10, part = (PetscReal)(j % 11) / 10;
     PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
 

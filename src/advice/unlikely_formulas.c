@@ -1,11 +1,11 @@
-/* unlikely_formulas.c - the rows of plausible.def of formulas of time: loads, walls, -acceleration, rigid bodies. They are looked at all over
-   the body that they act on, at times within the run and far beyond it. */
+/* unlikely_formulas.c - the rows of plausible.def of formulas of time: loads, walls, -acceleration, rigid bodies. They
+   are looked at all over the body that they act on, at times within the run and far beyond it. */
 #include <ctype.h>
 #include <strings.h>
 #include "advice/unlikely.h"
 
-#define STEPS  64 /* time steps for which a formula is looked at */
-#define TIMES  64 /* times in a part of the run */
+#define STEPS 64 /* time steps for which a formula is looked at */
+#define TIMES 64 /* times in a part of the run */
 
 /* Places on each axis of a body: a strip of a thirtieth of the ground has one of them. */
 static const PetscInt places_of[] = {0, 33, 33, 9};
@@ -20,21 +20,31 @@ MPMFormula MPMUnlikelyFormula(const MPMLook *look, PetscInt k)
   const MPMScene *scene = look->scene;
   const PetscInt  dim = look->core->grid.dim, face = k - scene->nloads, rigid = face - 7;
 
-  if (face < 0) return (MPMFormula){scene->loads[k].value, scene->loads[k].nc, scene->loads[k].body, "load", scene->loads[k].name, "_value"};
-  if (face < 6) return (MPMFormula){scene->wall_velocity[face], scene->wall_along[face] ? 1 : dim, -1, "bc", MPMFaceNames[face], "_velocity"};
+  if (face < 0)
+    return (MPMFormula){
+        scene->loads[k].value, scene->loads[k].nc, scene->loads[k].body, "load", scene->loads[k].name, "_value"};
+  if (face < 6)
+    return (MPMFormula){
+        scene->wall_velocity[face], scene->wall_along[face] ? 1 : dim, -1, "bc", MPMFaceNames[face], "_velocity"};
   if (face == 6) return (MPMFormula){scene->acceleration, dim, -1, "acceleration", NULL, ""};
-  if (scene->bodies[scene->nbodies + rigid / 2].rigid != MPM_RIGID_MOVING) return (MPMFormula){NULL, 0, -1, "", NULL, ""};
-  if (rigid % 2) return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].spin, dim == 3 ? 3 : 1, -1, "body", scene->bodies[scene->nbodies + rigid / 2].name, "_spin"};
-  return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].velocity, dim, -1, "body", scene->bodies[scene->nbodies + rigid / 2].name, "_velocity"};
+  if (scene->bodies[scene->nbodies + rigid / 2].rigid != MPM_RIGID_MOVING)
+    return (MPMFormula){NULL, 0, -1, "", NULL, ""};
+  if (rigid % 2)
+    return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].spin, dim == 3 ? 3 : 1, -1, "body",
+                        scene->bodies[scene->nbodies + rigid / 2].name, "_spin"};
+  return (MPMFormula){scene->bodies[scene->nbodies + rigid / 2].velocity, dim,        -1, "body",
+                      scene->bodies[scene->nbodies + rigid / 2].name,     "_velocity"};
 }
 
-/* Returns the largest size of a formula at n times after t, every so many s, anywhere; or below 0 where it is not finite. *least: the
-   smallest of those at a time. */
-static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, PetscReal every, PetscInt n, PetscReal *least)
+/* Returns the largest size of a formula at n times after t, every so many s, anywhere; or below 0 where it is not
+   finite. *least: the smallest of those at a time. */
+static PetscReal Most(const MPMLook *look, const MPMFormula *f, PetscReal t, PetscReal every, PetscInt n,
+                      PetscReal *least)
 {
   const PetscInt   dim = look->core->grid.dim, places = places_of[dim];
-  const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body], *upper = f->body < 0 ? look->highest : look->upper[f->body];
-  PetscReal        most = 0, x[3] = {0};
+  const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body],
+                  *upper = f->body < 0 ? look->highest : look->upper[f->body];
+  PetscReal most = 0, x[3] = {0};
 
   *least = PETSC_MAX_REAL;
   for (PetscInt k = 0; k < n; k++) {
@@ -58,7 +68,9 @@ PetscReal MPMUnlikelySize(const MPMLook *look, const MPMFormula *f)
 {
   PetscReal least;
 
-  return f->value ? PetscMax(0, Most(look, f, look->core->stages.began, (look->time->end - look->core->stages.began) / 16, 17, &least)) : 0;
+  return f->value ? PetscMax(0, Most(look, f, look->core->stages.began,
+                                     (look->time->end - look->core->stages.began) / 16, 17, &least))
+                  : 0;
 }
 
 PetscBool MPMUnlikely_rest_early(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -66,7 +78,8 @@ PetscBool MPMUnlikely_rest_early(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal every = look->time->end / TIMES;
 
   (void)k;
-  if (!MPMUnlikelyGiven("time_rest", NULL, "", odd) || !(strtod(odd->value, NULL) > 0) || look->core->stages.n) return PETSC_FALSE;
+  if (!MPMUnlikelyGiven("time_rest", NULL, "", odd) || !(strtod(odd->value, NULL) > 0) || look->core->stages.n)
+    return PETSC_FALSE;
   for (PetscInt l = 0; l < look->scene->nloads; l++) {
     const MPMFormula f = MPMUnlikelyFormula(look, l);
     PetscReal        least;
@@ -97,7 +110,8 @@ PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
 
   if (!f.value || !MPMUnlikelyGiven(f.group, f.name, f.word, &odd)) return PETSC_FALSE;
   at = strchr(odd.value, 't');
-  while (at && (isalpha((unsigned char)at[1]) || (at > odd.value && isalpha((unsigned char)at[-1])))) at = strchr(at + 1, 't');
+  while (at && (isalpha((unsigned char)at[1]) || (at > odd.value && isalpha((unsigned char)at[-1]))))
+    at = strchr(at + 1, 't');
   return at || MPMExpressionTables(f.value) > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -106,7 +120,9 @@ static MPMFormula Given(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   MPMFormula f = MPMUnlikelyFormula(look, k);
 
-  if (!(look->time->end > look->core->t) || !MPMUnlikelyChanges(look, k) || !MPMUnlikelyGiven(f.group, f.name, f.word, odd)) f.value = NULL;
+  if (!(look->time->end > look->core->t) || !MPMUnlikelyChanges(look, k) ||
+      !MPMUnlikelyGiven(f.group, f.name, f.word, odd))
+    f.value = NULL;
   return f;
 }
 
@@ -117,9 +133,13 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMOdd           spin;
 
   if (!f.value || k < look->scene->nloads || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
-  if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin)) return PETSC_FALSE;
+  if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))
+    return PETSC_FALSE;
   odd->ratio = Most(look, &f, 0, look->time->end / TIMES, TIMES, &least);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", !strcmp(f.group, "bc") ? "the wall does not move: write fixed" : f.name ? "the body does not move: write -body_<b>_rigid fixed" : "leave it out");
+  (void)snprintf(odd->other, MPM_WORDS, "%s",
+                 !strcmp(f.group, "bc") ? "the wall does not move: write fixed"
+                 : f.name               ? "the body does not move: write -body_<b>_rigid fixed"
+                                        : "leave it out");
   return odd->ratio == 0 ? MPMUnlikelyGiven(f.group, f.name, f.word, odd) : PETSC_FALSE;
 }
 
@@ -136,8 +156,8 @@ PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_formula_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMFormula f  = Given(look, k, odd);
-  const PetscReal  dt = look->core->implicit ? look->time->fixed : look->dt;
+  const MPMFormula f    = Given(look, k, odd);
+  const PetscReal  dt   = look->core->implicit ? look->time->fixed : look->dt;
   PetscReal        x[3] = {0}, was[3] = {0}, most = 0, change[STEPS];
   PetscInt         n = 0;
 
@@ -145,8 +165,9 @@ PetscBool MPMUnlikely_formula_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     x[d] = 0.5 * (f.body < 0 ? look->lowest[d] + look->highest[d] : look->lower[f.body][d] + look->upper[f.body][d]);
   for (PetscInt j = 0; j <= STEPS; j++) { /* at places in the steps that no period fits */
-    const PetscReal part = 0.618 * (PetscReal)j, t = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
-    PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
+    const PetscReal part = 0.618 * (PetscReal)j,
+                    t    = 0.3 * look->time->end + dt * ((PetscReal)j + 0.5 * (part - PetscFloorReal(part)));
+    PetscReal value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size2 = 0, moved2 = 0;
 
     if (MPMExpressionEvaluate(f.value, look->core->grid.dim, x, x, t, value)) return PETSC_FALSE;
     for (PetscInt c = 0; c < f.nc; c++) {
@@ -187,9 +208,11 @@ PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal  dt = look->core->implicit ? look->time->fixed : look->dt, end = look->time->end;
   PetscReal        start, least, most;
 
-  if (!f.value || strpbrk(odd->value, "<>?") || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) || end < 10 * dt) return PETSC_FALSE;
-  start = Most(look, &f, 0, 0, 1, &least);
-  most  = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
+  if (!f.value || strpbrk(odd->value, "<>?") || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) ||
+      end < 10 * dt)
+    return PETSC_FALSE;
+  start      = Most(look, &f, 0, 0, 1, &least);
+  most       = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
   odd->ratio = most > 0 && least > (1 - 1e-9) * most && start >= 0 && start < 0.5 * most ? 1 : 0;
   MPMUnlikelyWrite(odd->other, dt);
   return PETSC_TRUE;
@@ -205,10 +228,11 @@ PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMOdd           own;
 
   if (!f.value || look->core->stages.now < 2 || !(began > 0)) return PETSC_FALSE;
-  (void)snprintf(stage, sizeof stage, "%.40s_%.40s%s%.40s%s", look->scene->stages[look->core->stages.now - 1], f.group, f.name ? "_" : "", f.name ? f.name : "", f.word);
+  (void)snprintf(stage, sizeof stage, "%.40s_%.40s%s%.40s%s", look->scene->stages[look->core->stages.now - 1], f.group,
+                 f.name ? "_" : "", f.name ? f.name : "", f.word);
   if (!MPMUnlikelyGiven("stage", stage, "", &own)) return PETSC_FALSE;
-  most   = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
-  before = Most(look, &f, 0, began / TIMES, TIMES, &was);
+  most       = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
+  before     = Most(look, &f, 0, began / TIMES, TIMES, &was);
   odd->ratio = most > 0 && least > (1 - 1e-9) * most && before >= 0 && was < 0.9 * most ? 1 : 0;
   MPMUnlikelyWrite(odd->other, began);
   (void)snprintf(odd->option, MPM_WORDS, "%s", own.option);

@@ -6,7 +6,7 @@
 PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
-  char           *text = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], own[MPM_TEXT_LEN];
+  char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], own[MPM_TEXT_LEN];
   const char     *option;
 
   if (k || look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
@@ -14,11 +14,14 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
     char before[MPM_TEXT_LEN] = "";
 
     (void)snprintf(own, sizeof own, "%s", value);
-    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) != look->core->stages.now - 1 || !strncasecmp(option, "time", 4) || !strcasecmp(option, "remove")) continue;
+    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) != look->core->stages.now - 1 ||
+        !strncasecmp(option, "time", 4) || !strcasecmp(option, "remove"))
+      continue;
     for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
       char other[4 * MPM_NAME_LEN];
 
-      (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : scene->stages[s], s < 0 ? "" : "_", option);
+      (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : scene->stages[s],
+                     s < 0 ? "" : "_", option);
       if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, sizeof before, "true");
     }
     if (!own[0]) (void)snprintf(own, sizeof own, "true");
@@ -35,16 +38,17 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscReal Reach(const MPMLook *look, PetscInt b)
 {
   const MPMBody  *body = &look->scene->bodies[b];
-  const PetscReal t    = look->time->end, size = MPMUnlikelyExtent(look, body->material, -1);
+  const PetscReal t = look->time->end, size = MPMUnlikelyExtent(look, body->material, -1);
 
-  return PetscSqrtReal(body->v2) * t + 0.5 * look->g * t * t + (look->scene->materials[body->material].type->traits & MPM_LOOSE ? 5 : 0.3) * size;
+  return PetscSqrtReal(body->v2) * t + 0.5 * look->g * t * t +
+         (look->scene->materials[body->material].type->traits & MPM_LOOSE ? 5 : 0.3) * size;
 }
 
 /* Is anything but gravity there that moves bodies which are at rest at the start? */
 static PetscBool IsDriven(const MPMLook *look)
 {
-  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->scene->forced || look->scene->known || look->scene->initial ||
-                 look->core->rigids.n || look->core->step || look->core->stages.n
+  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->scene->forced || look->scene->known ||
+                 look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n
              ? PETSC_TRUE
              : PETSC_FALSE;
 }
@@ -54,7 +58,9 @@ PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMGrid *grid = &look->core->grid;
   const PetscInt nb   = look->scene->nbodies;
 
-  if (k || nb < 2 || IsDriven(look) || !(MPMUnlikelyGiven("contact_mu", NULL, "", odd) || MPMUnlikelyGiven("contacts", NULL, "", odd))) return PETSC_FALSE;
+  if (k || nb < 2 || IsDriven(look) ||
+      !(MPMUnlikelyGiven("contact_mu", NULL, "", odd) || MPMUnlikelyGiven("contacts", NULL, "", odd)))
+    return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
   for (PetscInt b = 0; b < nb; b++)
     if (look->way[b].alone || look->scene->bodies[b].source.on) return PETSC_FALSE; /* that it is alone is told */
@@ -63,7 +69,8 @@ PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
       PetscReal gap = 0;
 
       for (PetscInt d = 0; d < grid->dim; d++)
-        if (!grid->periodic[d]) gap = PetscMax(gap, PetscMax(look->lower[b][d] - look->upper[a][d], look->lower[a][d] - look->upper[b][d]));
+        if (!grid->periodic[d])
+          gap = PetscMax(gap, PetscMax(look->lower[b][d] - look->upper[a][d], look->lower[a][d] - look->upper[b][d]));
       odd->ratio = PetscMin(odd->ratio, (gap - Reach(look, a) - Reach(look, b)) / MPMGridSmallestH(grid));
     }
   return PETSC_TRUE;
@@ -75,7 +82,9 @@ PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt  d    = k / 2;
   const PetscReal gap  = k % 2 ? grid->upper[d] - look->highest[d] : look->lowest[d] - grid->lower[d];
 
-  if (MPMUnlikelyWall(look, k) != MPM_WALL_moving || look->scene->forced || look->core->rigids.n || look->core->stages.n) return PETSC_FALSE;
+  if (MPMUnlikelyWall(look, k) != MPM_WALL_moving || look->scene->forced || look->core->rigids.n ||
+      look->core->stages.n)
+    return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].source.on || gap < Reach(look, b)) return PETSC_FALSE;
   odd->ratio = gap / grid->h[d];
@@ -102,25 +111,33 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!MPMDampingIsOn(look->core) || !(look->g > 0) || (look->core->stages.n && !opens)) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     const MPMMaterial *m     = &scene->materials[scene->bodies[b].material];
-    const PetscBool    flows = m->type->traits & MPM_FLUID || (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool    flows = m->type->traits & MPM_FLUID ||
+                                    (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0)
+                                   ? PETSC_TRUE
+                                   : PETSC_FALSE;
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt d = face / 2;
 
-      if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 || !flows) continue;
+      if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 ||
+          !flows)
+        continue;
       odd->ratio = 1;
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
   }
   (void)snprintf(odd->meant, MPM_WORDS, "leave it out");
-  if (look->core->stages.n) (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1], option);
+  if (look->core->stages.n)
+    (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1],
+                   option);
   return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_hold_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;
-  if (!MPMUnlikelyNumber("time_rest_hold", NULL, "", odd, &odd->ratio) || !(look->time->end > look->core->t)) return PETSC_FALSE;
+  if (!MPMUnlikelyNumber("time_rest_hold", NULL, "", odd, &odd->ratio) || !(look->time->end > look->core->t))
+    return PETSC_FALSE;
   odd->ratio /= look->time->end - look->core->t;
   MPMUnlikelyWrite(odd->other, look->time->end - look->core->t);
   return PETSC_TRUE;
@@ -181,7 +198,8 @@ PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE
+                                                                                              : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -193,7 +211,8 @@ PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
     for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
       MPMOdd          a = {0}, b = {0};
-      const PetscBool one = MPMUnlikelyGiven("load", look->scene->loads[k].name, options[j], &a), two = MPMUnlikelyGiven("load", look->scene->loads[l].name, options[j], &b);
+      const PetscBool one = MPMUnlikelyGiven("load", look->scene->loads[k].name, options[j], &a),
+                      two = MPMUnlikelyGiven("load", look->scene->loads[l].name, options[j], &b);
 
       same += one == two && (!one || !strcasecmp(a.value, b.value));
     }

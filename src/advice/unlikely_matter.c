@@ -47,9 +47,8 @@ PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal reference;
 
   NameOther(&look->scene->materials[k], "rate_factor", odd);
-  return OfMaterial(look, k, "_rate_factor", odd, &odd->ratio) && OfMaterial(look, k, "_rate_reference", odd, &reference) &&
-                 reference != 1
+  return OfMaterial(look, k, "_rate_factor", odd, &odd->ratio) &&
+                 OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1
              ? PETSC_TRUE
              : PETSC_FALSE;
 }
-

@@ -12,7 +12,7 @@ static void WriteWave(const MPMLook *look, MPMOdd *odd)
 /* Sets the largest speed of the wall of a face, m/s. */
 static PetscBool WallSpeed(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *speed)
 {
-  const MPMFace *f      = &look->scene->walls.given[k / 2][k % 2];
+  const MPMFace   *f       = &look->scene->walls.given[k / 2][k % 2];
   const MPMFormula formula = MPMUnlikelyFormula(look, look->scene->nloads + k);
   PetscReal        size2   = 0;
 
@@ -81,7 +81,8 @@ static const MPMMaterial *Material(const MPMLook *look, PetscBool densest)
   const MPMMaterial *m = look->scene->materials;
 
   for (PetscInt j = 0; j < look->scene->nmaterials; j++)
-    if (densest ? look->scene->materials[j].rho > m->rho : look->scene->materials[j].rho < m->rho) m = &look->scene->materials[j];
+    if (densest ? look->scene->materials[j].rho > m->rho : look->scene->materials[j].rho < m->rho)
+      m = &look->scene->materials[j];
   return m;
 }
 
@@ -170,7 +171,7 @@ PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *b = RigidBody(look, k);
+  const MPMBody *b    = RigidBody(look, k);
   const MPMGrid *grid = &look->core->grid;
   PetscReal      lower[3], upper[3];
 
@@ -198,7 +199,8 @@ PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]);
   odd->ratio /= look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, up > 0 ? "above" : "below");
-  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : MPMUnlikelyGiven("body", b->name, "_rigid", odd);
+  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE
+                                                           : MPMUnlikelyGiven("body", b->name, "_rigid", odd);
 }
 
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -225,7 +227,8 @@ PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt down = look->down;
   PetscReal      lower[3], upper[3];
 
-  if (!r || r->rigid != MPM_RIGID_FIXED || !(look->g > 0) || look->scene->forced || look->core->stages.now > 1 || look->core->step)
+  if (!r || r->rigid != MPM_RIGID_FIXED || !(look->g > 0) || look->scene->forced || look->core->stages.now > 1 ||
+      look->core->step)
     return PETSC_FALSE;
   MPMRegionBounds(&r->region, grid->dim, lower, upper);
   odd->ratio = PETSC_MAX_REAL;
@@ -233,7 +236,9 @@ PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
     PetscInt  apart = 0;
     PetscReal gap   = 0;
 
-    if (!(look->scene->materials[look->scene->bodies[b].material].type->traits & MPM_LOOSE) || look->scene->bodies[b].v2 > 0) continue;
+    if (!(look->scene->materials[look->scene->bodies[b].material].type->traits & MPM_LOOSE) ||
+        look->scene->bodies[b].v2 > 0)
+      continue;
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscReal far = PetscMax(lower[d] - look->upper[b][d], look->lower[b][d] - upper[d]) / grid->h[d];
 
@@ -261,7 +266,7 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     const MPMMaterial *m   = &look->scene->materials[look->scene->bodies[b].material];
     PetscReal          far = 0;
-    PetscBool          may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
 
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscReal out = PetscMax(look->lower[b][d] - p->x[d], p->x[d] - look->upper[b][d]);

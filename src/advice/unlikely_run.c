@@ -15,7 +15,8 @@ PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd
   for (PetscInt b = 0; b < scene->nbodies; b++)
     if (scene->bodies[b].v2 > 0 || scene->bodies[b].points) return PETSC_FALSE;
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
-    if (scene->bodies[b].rigid == MPM_RIGID_MOVING || (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
+    if (scene->bodies[b].rigid == MPM_RIGID_MOVING ||
+        (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
       return PETSC_FALSE;
   return MPMWallsHave(&scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : PETSC_TRUE;
 }
@@ -79,12 +80,12 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscReal foot = 0.3048, inch = 0.0254,
-                  part = look->g > 5000                      ? look->g / 1000
-                         : look->g > 500                     ? look->g / 100
-                         : look->g > 385 && look->g < 387    ? look->g * inch
+                  part = look->g > 5000                     ? look->g / 1000
+                         : look->g > 500                    ? look->g / 100
+                         : look->g > 385 && look->g < 387   ? look->g * inch
                          : look->g > 32.1 && look->g < 32.3 ? look->g * foot
-                         : look->g < 0.1                     ? look->g * 1000
-                                                             : 0;
+                         : look->g < 0.1                    ? look->g * 1000
+                                                            : 0;
 
   if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
@@ -163,7 +164,8 @@ PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd
   char          *at;
 
   (void)k;
-  if (!MPMUnlikelyGiven("initial_stress", NULL, "", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+  if (!MPMUnlikelyGiven("initial_stress", NULL, "", odd) ||
+      strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (!(look->scene->materials[m].type->traits & MPM_LOOSE)) return PETSC_FALSE;
@@ -178,11 +180,12 @@ PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscInt dim = look->core->grid.dim;
+  const PetscInt dim  = look->core->grid.dim;
   PetscReal      a[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, dot = 0, size2 = 0, x[3];
   MPMOdd         gravity;
 
-  if (!look->scene->acceleration || !(look->g > 0) || !MPMUnlikelyGiven("gravity", NULL, "", &gravity)) return PETSC_FALSE;
+  if (!look->scene->acceleration || !(look->g > 0) || !MPMUnlikelyGiven("gravity", NULL, "", &gravity))
+    return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
   if (MPMExpressionEvaluate(look->scene->acceleration, dim, x, x, 0.3 * look->time->end, a)) return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) {
@@ -214,7 +217,9 @@ PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *
         const char     *number = v + strlen(functions[f]);
         const PetscReal angle  = strtod(number, &end);
 
-        if (end == number || *end != ')' || (v > value && isalpha((unsigned char)v[-1])) || !(PetscAbsReal(angle) > 6.2831853)) continue;
+        if (end == number || *end != ')' || (v > value && isalpha((unsigned char)v[-1])) ||
+            !(PetscAbsReal(angle) > 6.2831853))
+          continue;
         odd->ratio = PetscAbsReal(angle);
         (void)snprintf(odd->option, MPM_WORDS, "%.*s", MPM_WORDS - 1, name);
         (void)snprintf(odd->value, MPM_WORDS, "%.*s", (int)(end + 1 - v), v);
@@ -240,7 +245,8 @@ PetscBool MPMUnlikely_cells_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   (void)k;
   for (PetscInt d = 0; d < grid->dim; d++) odd->ratio = PetscMax(odd->ratio, grid->h[d] / MPMGridSmallestH(grid));
-  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd) ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd) ? PETSC_TRUE
+                                                                                                    : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_dampings(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -10,10 +10,11 @@ static PetscBool IsStart(const MPMLook *look)
   return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* A wall is a plane of symmetry if it cuts the shape of the body; what moves away from a slip wall on which it lies, the wall holds back. */
+/* A wall is a plane of symmetry if it cuts the shape of the body; what moves away from a slip wall on which it lies,
+   the wall holds back. */
 PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
+  const MPMGrid *grid  = &look->core->grid;
   MPMRegion      whole = look->scene->bodies[k].region;
   PetscReal      v[9] = {0}, lower[3], upper[3], size = 0;
 
@@ -26,11 +27,18 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
 
-    if (MPMUnlikelyWall(look, face) != MPM_WALL_slip || MPMUnlikelyBeside(look, k, face) > 0.1 || !(PetscAbsReal(v[d]) > 1e-3 * size)) continue;
-    if (!axis && ((face % 2 ? v[d] : -v[d]) > 0 || !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) && !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d]))) continue;
+    if (MPMUnlikelyWall(look, face) != MPM_WALL_slip || MPMUnlikelyBeside(look, k, face) > 0.1 ||
+        !(PetscAbsReal(v[d]) > 1e-3 * size))
+      continue;
+    if (!axis &&
+        ((face % 2 ? v[d] : -v[d]) > 0 ||
+         !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) &&
+        !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d])))
+      continue;
     odd->ratio = 1;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-    (void)snprintf(odd->meant, MPM_WORDS, axis ? "the axis of revolution" : "the wall -bc_%s_type slip", MPMFaceNames[face]);
+    (void)snprintf(odd->meant, MPM_WORDS, axis ? "the axis of revolution" : "the wall -bc_%s_type slip",
+                   MPMFaceNames[face]);
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -41,11 +49,13 @@ PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMCore *core  = look->core;
   PetscInt       walls = 0, open = -1;
-  PetscReal      v[9]  = {0};
+  PetscReal      v[9] = {0};
 
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    odd->ratio = PetscMax(odd->ratio, PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end / MPMGridSmallestH(&core->grid));
-  if (!IsStart(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1) return PETSC_FALSE;
+    odd->ratio = PetscMax(odd->ratio,
+                          PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end / MPMGridSmallestH(&core->grid));
+  if (!IsStart(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1)
+    return PETSC_FALSE;
   (void)MPMUnlikelyVelocity(look, k, odd, v);
   for (PetscInt face = 0; face < 2 * core->grid.dim; face++) {
     const MPMWall type = MPMUnlikelyWall(look, face);
@@ -72,8 +82,8 @@ PetscBool MPMUnlikely_shape_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *b   = &look->scene->bodies[k];
-  const PetscInt dim = look->core->grid.dim;
+  const MPMBody *b    = &look->scene->bodies[k];
+  const PetscInt dim  = look->core->grid.dim;
   PetscReal      x[3] = {0}, most = 1;
 
   if (!IsStart(look) || !b->deformation) return PETSC_FALSE;
@@ -90,14 +100,16 @@ PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_deformation", odd);
 }
 
-/* The largest vertical stress by a formula, over the stress by the weight; stresses that are the same at all heights need not follow from it. */
+/* The largest vertical stress by a formula, over the stress by the weight; stresses that are the same at all heights
+   need not follow from it. */
 PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
   const PetscInt  dim = look->core->grid.dim, down = look->down;
   PetscReal       x[3] = {0}, most = 0, weight = 0;
 
-  if (k || !IsStart(look) || !(look->g > 0) || MPMInitialGravity(scene) > 0 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial || !strchr(odd->value, "xyz"[down]))
+  if (k || !IsStart(look) || !(look->g > 0) || MPMInitialGravity(scene) > 0 ||
+      !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial || !strchr(odd->value, "xyz"[down]))
     return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points || scene->bodies[b].source.on || scene->bodies[b].removed) return PETSC_FALSE;
@@ -126,14 +138,18 @@ PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *
   const MPMScene *scene = look->scene;
   const PetscReal out   = face % 2 ? 1 : -1;
 
-  if (!IsStart(look) || MPMUnlikelyWall(look, face) != MPM_WALL_friction || out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n || look->core->stages.n || scene->nbodies > 1)
+  if (!IsStart(look) || MPMUnlikelyWall(look, face) != MPM_WALL_friction ||
+      out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n ||
+      look->core->stages.n || scene->nbodies > 1)
     return PETSC_FALSE;
   for (PetscInt other = 0; other < 2 * look->core->grid.dim; other++)
     if (other != face && MPMUnlikelyWall(look, other) != MPM_WALL_free) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     PetscReal v[9] = {0};
 
-    if (scene->bodies[b].source.on || scene->bodies[b].points || (scene->bodies[b].v2 > 0 && !MPMUnlikelyVelocity(look, b, odd, v)) || out * v[face / 2] > 0) return PETSC_FALSE;
+    if (scene->bodies[b].source.on || scene->bodies[b].points ||
+        (scene->bodies[b].v2 > 0 && !MPMUnlikelyVelocity(look, b, odd, v)) || out * v[face / 2] > 0)
+      return PETSC_FALSE;
   }
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[0].name);
@@ -157,7 +173,8 @@ PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
       PetscInt in = 0, all = 0;
 
       if (b == s || scene->bodies[b].source.on || scene->bodies[b].points || scene->bodies[b].removed) continue;
-      for (; MPMUnlikelyPlace(dim, lower, upper, PLACES, all, x); all++) in += MPMRegionInside(&scene->bodies[b].region, dim, x);
+      for (; MPMUnlikelyPlace(dim, lower, upper, PLACES, all, x); all++)
+        in += MPMRegionInside(&scene->bodies[b].region, dim, x);
       if (!((PetscReal)in / (PetscReal)all > odd->ratio)) continue;
       odd->ratio = (PetscReal)in / (PetscReal)all;
       (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", scene->bodies[s].name);

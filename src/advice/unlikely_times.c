@@ -6,7 +6,8 @@
 #define FALLS 50   /* through the grid, or flights, which a run may last */
 #define WAVES 1000 /* through the matter, likewise */
 
-/* Returns the longest time that what moves needs: through the grid at its speed, in a fall, or, as waves do, through the matter. */
+/* Returns the longest time that what moves needs: through the grid at its speed, in a fall, or, as waves do, through
+   the matter. */
 static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WORDS])
 {
   const MPMScene *scene = look->scene;
@@ -19,12 +20,15 @@ static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WO
   for (PetscInt k = 0; k < MPMUnlikelyFormulas(look); k++) {
     const MPMFormula f = MPMUnlikelyFormula(look, k);
 
-    if (f.value && f.body < 0 && f.name && strcmp(f.word, "_spin") && MPMUnlikelySize(look, &f) > 0) slowest = PetscMin(slowest, MPMUnlikelySize(look, &f));
+    if (f.value && f.body < 0 && f.name && strcmp(f.word, "_spin") && MPMUnlikelySize(look, &f) > 0)
+      slowest = PetscMin(slowest, MPMUnlikelySize(look, &f));
   }
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const PetscReal *v = scene->walls.given[face / 2][face % 2].velocity, speed = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const PetscReal *v    = scene->walls.given[face / 2][face % 2].velocity,
+                    speed = PetscSqrtReal(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 
-    if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES) && speed > 0) slowest = PetscMin(slowest, speed);
+    if (MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_MOVES) && speed > 0)
+      slowest = PetscMin(slowest, speed);
   }
   longest = MPMUnlikelyExtent(look, -1, -1) / look->c;
   *whole  = WAVES * longest;
@@ -73,8 +77,9 @@ PetscBool MPMUnlikely_steps_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   MPMOdd far = {0};
 
-  if (look->core->implicit || look->seconds > 86400 || look->time->max_steps != PETSC_MAX_INT) return PETSC_FALSE; /* a day is told, */
-  if (MPMUnlikely_end_far(look, k, &far) && far.ratio > 1) return PETSC_FALSE;                                     /* and this too */
+  if (look->core->implicit || look->seconds > 86400 || look->time->max_steps != PETSC_MAX_INT)
+    return PETSC_FALSE;                                                        /* a day is told, */
+  if (MPMUnlikely_end_far(look, k, &far) && far.ratio > 1) return PETSC_FALSE; /* and this too */
   odd->ratio = look->steps;
   MPMTimeWords(look->seconds, odd->other);
   return look->core->stages.n ? MPMUnlikelyGiven("stages", NULL, "", odd) : MPMUnlikelyGiven("time_end", NULL, "", odd);
@@ -111,7 +116,8 @@ PetscBool MPMUnlikely_step_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   (void)k;
   if (MPMUnlikelyStatic(odd)) return PETSC_FALSE; /* no waves */
-  if (!MPMUnlikelyNumber("dt_size", NULL, "", odd, &odd->ratio) || look->core->status.v2 > look->c * look->c) return PETSC_FALSE;
+  if (!MPMUnlikelyNumber("dt_size", NULL, "", odd, &odd->ratio) || look->core->status.v2 > look->c * look->c)
+    return PETSC_FALSE;
   MPMUnlikelyWrite(odd->other, crosses);
   odd->ratio /= crosses;
   return PETSC_TRUE;
@@ -123,7 +129,8 @@ static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
   MPMOdd other = {0};
 
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    if (look->scene->bodies[b].source.on && MPMUnlikelyNumber("source", look->scene->bodies[b].name, word, &other, &other.ratio) &&
+    if (look->scene->bodies[b].source.on &&
+        MPMUnlikelyNumber("source", look->scene->bodies[b].name, word, &other, &other.ratio) &&
         other.ratio > odd->ratio)
       *odd = other;
   MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
@@ -155,7 +162,8 @@ PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const MPMBody   *b      = &look->scene->bodies[j];
     const MPMSource *s      = &b->source;
     const PetscReal  volume = (PetscReal)b->n * look->scene->kinds[b->kind].V0,
-                    flows  = s->on ? PetscMax(0, (PetscMin(s->to, MPMUnlikelyEnd(look)) - s->from) / (s->to - s->from)) : 0;
+                    flows   = s->on ? PetscMax(0, (PetscMin(s->to, MPMUnlikelyEnd(look)) - s->from) / (s->to - s->from))
+                                    : 0;
 
     if (!s->on) room -= volume;
     all += flows * volume;
@@ -195,7 +203,8 @@ PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)MPMUnlikelyNumber("history_every", NULL, "", odd, &history);
   if (!(history > 0)) history = PETSC_MAX_REAL;
   if (!(output > 0)) output = PETSC_MAX_REAL;
-  if (!MPMUnlikelyNumber(output <= history ? "output_every" : "history_every", NULL, "", odd, &every)) return PETSC_FALSE;
+  if (!MPMUnlikelyNumber(output <= history ? "output_every" : "history_every", NULL, "", odd, &every))
+    return PETSC_FALSE;
   odd->ratio = PetscMin(output, history) / look->dt;
   MPMUnlikelyWrite(odd->other, look->dt);
   return PETSC_TRUE;
@@ -206,7 +215,8 @@ PetscBool MPMUnlikely_output_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal every;
 
   (void)k;
-  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0)) return PETSC_FALSE;
+  if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0))
+    return PETSC_FALSE;
   odd->ratio = look->time->end / PetscMax(every, look->dt);
   MPMUnlikelyWrite(odd->meant, look->time->end / 100);
   return PETSC_TRUE;

@@ -1,6 +1,7 @@
-/* unlikely_ways.c - the rows of plausible.def of the ways of bodies. Before a body meets anything it moves with the velocity of its start
-   and the acceleration of gravity; a rigid one may move by formulas. From these ways follows whether it meets another body or
-   a wall until the end of the run, or leaves the grid. What happens after that is not looked at. */
+/* unlikely_ways.c - the rows of plausible.def of the ways of bodies. Before a body meets anything it moves with the
+   velocity of its start and the acceleration of gravity; a rigid one may move by formulas. From these ways follows
+   whether it meets another body or a wall until the end of the run, or leaves the grid. What happens after that is not
+   looked at. */
 #include "advice/unlikely.h"
 #include "physics/rigid.h"
 
@@ -61,9 +62,14 @@ static void Go(const MPMLook *look, Thing *t)
   for (PetscInt k = 1; k <= PARTS; k++) {
     const PetscReal time = After(look, k), part = time - After(look, k - 1), x[3] = {0};
 
-    if (t->body->rigid == MPM_RIGID_MOVING && t->body->velocity && MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v)) return;
+    if (t->body->rigid == MPM_RIGID_MOVING && t->body->velocity &&
+        MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v))
+      return;
     for (PetscInt d = 0; d < dim; d++)
-      t->way[k][d] = t->held >> d & 1 ? 0 : t->way[k - 1][d] + part * v[d] + (IsGiven(t) ? 0 : look->core->params.gravity[d] * part * (time - 0.5 * part));
+      t->way[k][d] = t->held >> d & 1
+                         ? 0
+                         : t->way[k - 1][d] + part * v[d] +
+                               (IsGiven(t) ? 0 : look->core->params.gravity[d] * part * (time - 0.5 * part));
   }
 }
 
@@ -75,7 +81,8 @@ static PetscReal Apart(const MPMGrid *grid, const Thing *a, const Thing *b, Pets
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal way = b->way[k][d] - a->way[k][d];
 
-    if (!grid->periodic[d]) gap = PetscMax(gap, PetscMax(b->lower[d] + way - a->upper[d], a->lower[d] - b->upper[d] - way) / grid->h[d]);
+    if (!grid->periodic[d])
+      gap = PetscMax(gap, PetscMax(b->lower[d] + way - a->upper[d], a->lower[d] - b->upper[d] - way) / grid->h[d]);
   }
   return gap;
 }
@@ -95,7 +102,9 @@ static PetscReal Before(const MPMLook *look, const Thing *t, PetscInt face, Pets
   const PetscInt  d    = face / 2;
   const PetscReal way  = t->way[k][d];
 
-  return ((face % 2 ? grid->upper[d] - t->upper[d] - way : t->lower[d] + way - grid->lower[d]) - look->scene->walls.place[face]) / grid->h[d];
+  return ((face % 2 ? grid->upper[d] - t->upper[d] - way : t->lower[d] + way - grid->lower[d]) -
+          look->scene->walls.place[face]) /
+         grid->h[d];
 }
 
 /* Returns whether a wall acts on what moves from one place to another beside it. */
@@ -112,7 +121,8 @@ static PetscBool IsNear(MPMWall type, PetscReal gap)
   return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by another body that is held. */
+/* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by
+   another body that is held. */
 static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
 {
   const MPMGrid  *grid  = &look->core->grid;
@@ -124,10 +134,12 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
 
     if (IsGiven(t)) continue;
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-      const PetscReal sign = face % 2 ? 1 : -1, toward = PetscMax(sign * t->way[1][face / 2], sign * look->core->params.gravity[face / 2]);
-      const MPMWall   type = MPMUnlikelyWall(look, face);
+      const PetscReal sign   = face % 2 ? 1 : -1,
+                      toward = PetscMax(sign * t->way[1][face / 2], sign * look->core->params.gravity[face / 2]);
+      const MPMWall type     = MPMUnlikelyWall(look, face);
 
-      if (IsNear(type, Before(look, t, face, 0)) && Holds(type, toward)) t->held |= MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ? ALL : 1 << face / 2;
+      if (IsNear(type, Before(look, t, face, 0)) && Holds(type, toward))
+        t->held |= MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ? ALL : 1 << face / 2;
     }
   }
   while (more) {
@@ -136,7 +148,8 @@ static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
       const Thing *by = &thing[k / n];
       Thing       *t  = &thing[k % n];
 
-      if (by == t || t->held == ALL || IsGiven(t) || !(by->held || IsGiven(by)) || Apart(grid, by, t, 0) >= reach) continue;
+      if (by == t || t->held == ALL || IsGiven(t) || !(by->held || IsGiven(by)) || Apart(grid, by, t, 0) >= reach)
+        continue;
       t->held = ALL;
       more    = PETSC_TRUE;
     }
@@ -160,16 +173,18 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
     for (PetscInt j = 0; j < n; j++) {
       PetscReal relative = 0, gap;
 
-      for (PetscInt d = 0; d < grid->dim; d++) relative += PetscSqr((thing[j].way[PARTS][d] - t->way[PARTS][d]) / grid->h[d]);
+      for (PetscInt d = 0; d < grid->dim; d++)
+        relative += PetscSqr((thing[j].way[PARTS][d] - t->way[PARTS][d]) / grid->h[d]);
       gap = j == k ? PETSC_MAX_REAL : Apart(grid, t, &thing[j], p);
       if (gap < w->gap) (void)snprintf(w->nearest, MPM_WORDS, "%s", thing[j].body->name);
       w->gap = PetscMin(w->gap, gap);
       if (gap < reach && relative > 1e-12 * moved) return;
     }
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-      const PetscInt  d    = face / 2, next = PetscMin(PARTS, p + 1);
-      const MPMWall   type = MPMUnlikelyWall(look, face);
-      const PetscReal gap = Before(look, t, face, p), toward = (face % 2 ? 1 : -1) * (t->way[next][d] - t->way[next - 1][d]);
+      const PetscInt  d = face / 2, next = PetscMin(PARTS, p + 1);
+      const MPMWall   type   = MPMUnlikelyWall(look, face);
+      const PetscReal gap    = Before(look, t, face, p),
+                      toward = (face % 2 ? 1 : -1) * (t->way[next][d] - t->way[next - 1][d]);
 
       if (grid->periodic[d] || (grid->round && !face)) continue;
       if (type == MPM_WALL_free && gap < -0.5 && !t->body->rigid) {
@@ -215,8 +230,8 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     if (!(look->g > 0)) thing[way[scene->loads[l].body].thing].held = ALL;
     driven = PETSC_TRUE;
   }
-  if (!flows && !scene->acceleration && !scene->known && !scene->initial && !look->core->implicit && !look->core->grid.total &&
-      !look->core->step && look->time->end > 0 && look->time->max_steps == PETSC_MAX_INT) {
+  if (!flows && !scene->acceleration && !scene->known && !scene->initial && !look->core->implicit &&
+      !look->core->grid.total && !look->core->step && look->time->end > 0 && look->time->max_steps == PETSC_MAX_INT) {
     for (PetscInt k = 0; k < n; k++) Go(look, &thing[k]);
     Hold(look, n, thing);
     for (PetscInt k = 0; k < n; k++) {
@@ -234,8 +249,10 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
 /* Names the option that moves a body: its velocity, or gravity. */
 static PetscBool Moves(const MPMLook *look, const MPMBody *b, MPMOdd *odd)
 {
-  return MPMUnlikelyGiven("body", b->name, "_velocity", odd) || (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd)) ? PETSC_TRUE
-                                                                                                                        : PETSC_FALSE;
+  return MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
+                 (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd))
+             ? PETSC_TRUE
+             : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -260,7 +277,8 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt face = 0; face < 2 * look->core->grid.dim && !w->nearest[0]; face++)
     if (!(MPMUnlikelyWall(look, face) == MPM_WALL_free || look->core->grid.periodic[face / 2]))
       (void)snprintf(odd->meant, MPM_WORDS, "no wall is on its way");
-  if (w->nearest[0]) (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
+  if (w->nearest[0])
+    (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
   return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
 }
 
@@ -280,7 +298,8 @@ static PetscInt Clamp(const MPMLook *look, PetscInt k)
   const MPMGrid *grid  = &look->core->grid;
   PetscInt       clamp = -1;
 
-  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes || look->core->rigids.n || grid->total ||
+  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes ||
+      look->core->rigids.n || grid->total ||
       !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
     return -1;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
@@ -293,8 +312,8 @@ static PetscInt Clamp(const MPMLook *look, PetscInt k)
   return clamp;
 }
 
-/* How far a solid that one wall clamps bends under its weight, over the room that the grid has below it: the deflection of the end of a
-   cantilever, twice as far where nothing damps it, and at most its length, and the way of a fall. */
+/* How far a solid that one wall clamps bends under its weight, over the room that the grid has below it: the deflection
+   of the end of a cantilever, twice as far where nothing damps it, and at most its length, and the way of a fall. */
 PetscBool MPMUnlikely_bends_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid     *grid = &look->core->grid;
@@ -304,17 +323,21 @@ PetscBool MPMUnlikely_bends_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal          length, high, bend, room;
   const PetscInt     clamp = Clamp(look, k);
 
-  if (!(look->g > 0) || look->scene->walls.given[down][up].type != MPM_WALL_free || clamp < 0 || clamp / 2 == down) return PETSC_FALSE;
+  if (!(look->g > 0) || look->scene->walls.given[down][up].type != MPM_WALL_free || clamp < 0 || clamp / 2 == down)
+    return PETSC_FALSE;
   length = look->upper[k][clamp / 2] - look->lower[k][clamp / 2];
   high   = look->upper[k][down] - look->lower[k][down];
-  bend   = 1.5 * m->rho * PetscAbsReal(look->core->params.gravity[down]) * PetscPowReal(length, 4) / (MPMUnlikelyModulus(m, PETSC_TRUE) * high * high);
+  bend   = 1.5 * m->rho * PetscAbsReal(look->core->params.gravity[down]) * PetscPowReal(length, 4) /
+         (MPMUnlikelyModulus(m, PETSC_TRUE) * high * high);
   if (!MPMDampingIsOn(look->core) && !look->core->implicit) bend *= 2;
   bend = PetscMin(bend, 0.8 * length);
   if (!look->core->implicit) bend = PetscMin(bend, 0.5 * look->g * look->time->end * look->time->end);
-  room       = PetscMax(up ? grid->upper[down] - look->upper[k][down] : look->lower[k][down] - grid->lower[down], 1e-3 * high);
+  room = PetscMax(up ? grid->upper[down] - look->upper[k][down] : look->lower[k][down] - grid->lower[down],
+                  1e-3 * high);
   odd->ratio = bend / room;
   (void)snprintf(odd->other, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[clamp]);
-  (void)snprintf(odd->meant, MPM_WORDS, "%s bends by about %.2g m, and the grid ends %.2g m below it", b->name, (double)bend, (double)room);
+  (void)snprintf(odd->meant, MPM_WORDS, "%s bends by about %.2g m, and the grid ends %.2g m below it", b->name,
+                 (double)bend, (double)room);
   return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
@@ -324,9 +347,10 @@ PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad     *load = &look->scene->loads[k];
   const MPMFormula   f    = MPMUnlikelyFormula(look, k);
   const PetscInt     b = load->body, clamp = Clamp(look, b), end = clamp < 0 ? -1 : clamp ^ 1;
-  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
-  PetscReal          force = MPMUnlikelySize(look, &f), length, size, bend, room, wide = 1, high = PETSC_MAX_REAL, toward, value[9] = {0}, x[3] = {0};
-  PetscInt           across = -1;
+  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
+  PetscReal force = MPMUnlikelySize(look, &f), length, size, bend, room, wide = 1, high = PETSC_MAX_REAL, toward,
+            value[9] = {0}, x[3] = {0};
+  PetscInt across = -1;
 
   if (clamp < 0 || load->type == MPM_LOAD_TORQUE) return PETSC_FALSE;
   length = look->upper[b][clamp / 2] - look->lower[b][clamp / 2];
@@ -341,16 +365,22 @@ PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
     force /= wide;
   else if (load->sides == (PetscInt)1 << end && load->type == MPM_LOAD_TRACTION)
     force *= high;
-  else if (load->type == MPM_LOAD_TRACTION || load->sides == (PetscInt)1 << 2 * across || load->sides == (PetscInt)1 << (2 * across + 1))
+  else if (load->type == MPM_LOAD_TRACTION || load->sides == (PetscInt)1 << 2 * across ||
+           load->sides == (PetscInt)1 << (2 * across + 1))
     force *= 3. / 8 * length;
   else
     return PETSC_FALSE;
-  for (PetscInt d = 0; d < grid->dim; d++) x[d] = end == 2 * d ? look->lower[b][d] : end == 2 * d + 1 ? look->upper[b][d] : 0.5 * (look->lower[b][d] + look->upper[b][d]);
+  for (PetscInt d = 0; d < grid->dim; d++)
+    x[d] = end == 2 * d       ? look->lower[b][d]
+           : end == 2 * d + 1 ? look->upper[b][d]
+                              : 0.5 * (look->lower[b][d] + look->upper[b][d]);
   if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
-  toward = load->type != MPM_LOAD_PRESSURE ? value[across] : load->sides == (PetscInt)1 << 2 * across ? value[0] : -value[0];
+  toward = load->type != MPM_LOAD_PRESSURE            ? value[across]
+           : load->sides == (PetscInt)1 << 2 * across ? value[0]
+                                                      : -value[0];
   if (toward == 0) return PETSC_FALSE;
-  bend = PetscMin(4 * force * PetscPowReal(length / high, 3) / MPMUnlikelyModulus(m, PETSC_TRUE), 0.8 * length);
-  room = toward > 0 ? grid->upper[across] - look->upper[b][across] : look->lower[b][across] - grid->lower[across];
+  bend       = PetscMin(4 * force * PetscPowReal(length / high, 3) / MPMUnlikelyModulus(m, PETSC_TRUE), 0.8 * length);
+  room       = toward > 0 ? grid->upper[across] - look->upper[b][across] : look->lower[b][across] - grid->lower[across];
   odd->ratio = bend / PetscMax(room, grid->h[across]);
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   MPMUnlikelyWrite(odd->meant, bend);
@@ -360,18 +390,22 @@ PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
 /* Finds an axis along which the only load acts and no wall that the only body touches holds it. */
 PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid     = &look->core->grid;
+  const MPMLoad *load     = &look->scene->loads[k];
   PetscReal      value[9] = {0}, x[3] = {0}, force[3] = {0}, most = 0;
 
-  if (look->core->implicit || look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n || look->g > 0 || look->scene->acceleration || look->core->stages.n ||
-      load->type == MPM_LOAD_TORQUE || (load->type != MPM_LOAD_FORCE && load->sides & (load->sides - 1)))
+  if (look->core->implicit || look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n ||
+      look->g > 0 || look->scene->acceleration || look->core->stages.n || load->type == MPM_LOAD_TORQUE ||
+      (load->type != MPM_LOAD_FORCE && load->sides & (load->sides - 1)))
     return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
   if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     if (grid->periodic[d]) return PETSC_FALSE;
-    force[d] = load->type != MPM_LOAD_PRESSURE ? value[d] : load->sides == (PetscInt)1 << 2 * d ? 1 : load->sides == (PetscInt)1 << (2 * d + 1) ? -1 : 0;
+    force[d] = load->type != MPM_LOAD_PRESSURE             ? value[d]
+               : load->sides == (PetscInt)1 << 2 * d       ? 1
+               : load->sides == (PetscInt)1 << (2 * d + 1) ? -1
+                                                           : 0;
     most     = PetscMax(most, PetscAbsReal(force[d]));
   }
   for (PetscInt d = grid->round ? 1 : 0; d < grid->dim; d++) {
@@ -382,7 +416,9 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
       const MPMWall   type = MPMUnlikelyWall(look, face);
       const PetscReal gap  = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / grid->h[e];
 
-      if (gap < NEAR && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) || (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d])))) held = PETSC_TRUE;
+      if (gap < NEAR && (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) ||
+                         (e == d && Holds(type, (face % 2 ? 1 : -1) * force[d]))))
+        held = PETSC_TRUE;
     }
     if (held) continue;
     odd->ratio = 1;
@@ -395,9 +431,11 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_end_soon(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody  *b    = &look->scene->bodies[k];
-  const PetscReal high = look->upper[k][look->down] - look->lower[k][look->down], fall = look->g > 0 ? PetscSqrtReal(2 * high / look->g) : 0;
+  const PetscReal high = look->upper[k][look->down] - look->lower[k][look->down],
+                  fall = look->g > 0 ? PetscSqrtReal(2 * high / look->g) : 0;
 
-  if (!(fall > 0) || !(look->time->end > 0) || b->v2 > 0 || look->core->implicit || look->core->stages.n || look->core->step || look->scene->known || look->scene->forced ||
+  if (!(fall > 0) || !(look->time->end > 0) || b->v2 > 0 || look->core->implicit || look->core->stages.n ||
+      look->core->step || look->scene->known || look->scene->forced ||
       !(look->scene->materials[b->material].type->traits & MPM_LOOSE))
     return PETSC_FALSE;
   odd->ratio = look->time->end / fall;

@@ -32,9 +32,11 @@ PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, Pets
 {
   const MPMBody *b = &look->scene->bodies[k];
 
-  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) || strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
+  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
+      strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
-  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE : PETSC_TRUE;
+  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE
+                                                                                                        : PETSC_TRUE;
 }
 
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
@@ -58,14 +60,17 @@ PetscReal MPMUnlikelyBeside(const MPMLook *look, PetscInt k, PetscInt face)
 {
   const MPMGrid  *grid  = &look->core->grid;
   const PetscInt  d     = face / 2;
-  const PetscReal lower = k < 0 ? look->lowest[d] : look->lower[k][d], upper = k < 0 ? look->highest[d] : look->upper[k][d];
+  const PetscReal lower = k < 0 ? look->lowest[d] : look->lower[k][d],
+                  upper = k < 0 ? look->highest[d] : look->upper[k][d];
 
   return (face % 2 ? grid->upper[d] - upper : lower - grid->lower[d]) / grid->h[d];
 }
 
-PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j, PetscReal x[3])
+PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j,
+                           PetscReal x[3])
 {
-  for (PetscInt d = 0; d < dim; d++, j /= n) x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
+  for (PetscInt d = 0; d < dim; d++, j /= n)
+    x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
   return j ? PETSC_FALSE : PETSC_TRUE;
 }
 
@@ -96,7 +101,8 @@ PetscReal MPMUnlikelyCohesion(const MPMMaterial *m)
 
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *m)
 {
-  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE : PETSC_FALSE;
+  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE
+                                                                                              : PETSC_FALSE;
 }
 
 PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
@@ -104,7 +110,8 @@ PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
   PetscReal weight = 0;
 
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    weight += look->scene->materials[k].rho * PetscAbsReal(look->core->params.gravity[d]) * MPMUnlikelyExtent(look, k, d);
+    weight += look->scene->materials[k].rho * PetscAbsReal(look->core->params.gravity[d]) *
+              MPMUnlikelyExtent(look, k, d);
   return weight;
 }
 

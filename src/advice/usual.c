@@ -1,11 +1,22 @@
-/* usual.c - notes numbers in the options that are far from what is usual (usual.def), with the value that was probably meant. Numbers are
-   compared with other ones of the scene by ratios, which hold in any units that go together, or with those of nature where units
-   are SI. It changes no state. */
+/* usual.c - notes numbers in the options that are far from what is usual (usual.def), with the value that was probably
+   meant. Numbers are compared with other ones of the scene by ratios, which hold in any units that go together, or with
+   those of nature where units are SI. It changes no state. */
 #include "advice/unlikely.h"
 
 enum { OF_ANY, OF_SOIL, OF_FLUID, OF_WATER, OF_DENSE, OF_METAL, OF_SOLID };
 enum { SCALE_SI, SCALE_ONE, SCALE_WEIGHT, SCALE_MODULUS, SCALE_SHEAR, SCALE_HEAT };
-enum { UNITS_NONE, UNITS_PRESSURE, UNITS_DENSITY, UNITS_ANGLE, UNITS_COEFFICIENT, UNITS_FRACTION, UNITS_SPEED, UNITS_SPECIFIC, UNITS_VISCOSITY, UNITS_TIME };
+enum {
+  UNITS_NONE,
+  UNITS_PRESSURE,
+  UNITS_DENSITY,
+  UNITS_ANGLE,
+  UNITS_COEFFICIENT,
+  UNITS_FRACTION,
+  UNITS_SPEED,
+  UNITS_SPECIFIC,
+  UNITS_VISCOSITY,
+  UNITS_TIME
+};
 
 static const struct {
   const char *option;
@@ -13,14 +24,16 @@ static const struct {
   PetscReal   below, above, from, to;
   int         units;
 } rows[] = {
-#define MPM_USUAL(option, of, scale, below, above, from, to, units, source) {option, OF_##of, SCALE_##scale, below, above, from, to, UNITS_##units},
+#define MPM_USUAL(option, of, scale, below, above, from, to, units, source)                                            \
+  {option, OF_##of, SCALE_##scale, below, above, from, to, UNITS_##units},
 #include "advice/usual.def"
 #undef MPM_USUAL
 };
 
 /* The words for the values of each kind of material, and the unit of each kind of number. */
-static const char *const words[] = {"usual is", "soils have", "liquids have", "water has", "solids as dense have", "metals have", "solids have"};
-static const char *const unit[] = {"", " Pa", " kg/m^3", " degrees", "", "", " m/s", " J/(kg K)", " Pa s", " s"};
+static const char *const words[] = {"usual is",    "soils have", "liquids have", "water has", "solids as dense have",
+                                    "metals have", "solids have"};
+static const char *const unit[]  = {"", " Pa", " kg/m^3", " degrees", "", "", " m/s", " J/(kg K)", " Pa s", " s"};
 
 /* Units in which a number may have been given, and what it has to be multiplied by; those of factor 0 are in Convert. */
 static const struct {
@@ -55,30 +68,44 @@ static const struct {
 /* Returns whether a row is of a material. */
 static PetscBool IsOf(int of, const MPMMaterial *m)
 {
-  const PetscBool fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE, loose = m->type->traits & MPM_LOOSE && !fluid ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE,
+                  loose = m->type->traits & MPM_LOOSE && !fluid ? PETSC_TRUE : PETSC_FALSE;
 
   switch (of) {
-  case OF_SOIL: return loose && MPMUnlikelyCohesion(m) <= 1e5 ? PETSC_TRUE : PETSC_FALSE;
-  case OF_FLUID: return fluid;
-  case OF_WATER: return fluid && m->rho > 950 && m->rho < 1050 ? PETSC_TRUE : PETSC_FALSE;
-  case OF_DENSE: return !fluid && !loose && m->rho >= MPM_BOUND_dense ? PETSC_TRUE : PETSC_FALSE;
-  case OF_METAL: return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000 ? PETSC_TRUE : PETSC_FALSE;
-  case OF_SOLID: return !fluid ? PETSC_TRUE : PETSC_FALSE;
-  default: return PETSC_TRUE;
+  case OF_SOIL:
+    return loose && MPMUnlikelyCohesion(m) <= 1e5 ? PETSC_TRUE : PETSC_FALSE;
+  case OF_FLUID:
+    return fluid;
+  case OF_WATER:
+    return fluid && m->rho > 950 && m->rho < 1050 ? PETSC_TRUE : PETSC_FALSE;
+  case OF_DENSE:
+    return !fluid && !loose && m->rho >= MPM_BOUND_dense ? PETSC_TRUE : PETSC_FALSE;
+  case OF_METAL:
+    return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000 ? PETSC_TRUE : PETSC_FALSE;
+  case OF_SOLID:
+    return !fluid ? PETSC_TRUE : PETSC_FALSE;
+  default:
+    return PETSC_TRUE;
   }
 }
 
 /* Returns what a number of material k is divided by, with the words for it; 0: it is not looked at. */
 static PetscReal Scale(const MPMLook *look, PetscInt k, int scale, int units, char text[MPM_WORDS])
 {
-  const MPMMaterial *m   = &look->scene->materials[PetscMax(0, k)];
-  const PetscBool    si = look->earth || (!MPMUnlikelyTonnes(m) && (units == UNITS_DENSITY ? MPMUnlikelyModulus(m, PETSC_FALSE) >= MPM_BOUND_si_modulus : m->rho >= MPM_BOUND_si_density)) ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool    E   = MPMListHas(m->type->parameters, "E") ? PETSC_TRUE : PETSC_FALSE;
+  const MPMMaterial *m  = &look->scene->materials[PetscMax(0, k)];
+  const PetscBool    si = look->earth ||
+                               (!MPMUnlikelyTonnes(m) &&
+                                (units == UNITS_DENSITY ? MPMUnlikelyModulus(m, PETSC_FALSE) >= MPM_BOUND_si_modulus
+                                                           : m->rho >= MPM_BOUND_si_density))
+                              ? PETSC_TRUE
+                              : PETSC_FALSE;
+  const PetscBool    E  = MPMListHas(m->type->parameters, "E") ? PETSC_TRUE : PETSC_FALSE;
   PetscReal          size;
 
   text[0] = 0;
   switch (scale) {
-  case SCALE_SI: return si ? 1 : 0;
+  case SCALE_SI:
+    return si ? 1 : 0;
   case SCALE_WEIGHT:
     size = MPMUnlikelyWeight(look, k);
     (void)snprintf(text, MPM_WORDS, "the stress by its weight, rho g H = %.3g Pa", (double)size);
@@ -92,7 +119,8 @@ static PetscReal Scale(const MPMLook *look, PetscInt k, int scale, int units, ch
   case SCALE_HEAT:
     (void)snprintf(text, MPM_WORDS, "c0^2/(293 K)");
     return PetscSqr(m->c0) / 293;
-  default: return 1;
+  default:
+    return 1;
   }
 }
 
@@ -101,9 +129,12 @@ static PetscReal Convert(const MPMLook *look, PetscInt k, size_t j, PetscReal va
 {
   if (meant[j].factor > 0) return value * meant[j].factor;
   switch (meant[j].units) {
-  case UNITS_ANGLE: return PetscAtanReal(value / 100) * 180 / PETSC_PI;
-  case UNITS_COEFFICIENT: return value < 90 ? PetscTanReal(value * PETSC_PI / 180) : 0;
-  default: return value * look->scene->materials[k].rho;
+  case UNITS_ANGLE:
+    return PetscAtanReal(value / 100) * 180 / PETSC_PI;
+  case UNITS_COEFFICIENT:
+    return value < 90 ? PetscTanReal(value * PETSC_PI / 180) : 0;
+  default:
+    return value * look->scene->materials[k].rho;
   }
 }
 
@@ -116,24 +147,32 @@ static PetscErrorCode Tell(const MPMLook *look, size_t r, PetscInt k, const char
   MPMOdd      odd = {0};
 
   PetscFunctionBeginUser;
-  (void)snprintf(group, sizeof group, "%.*s", open ? (int)(open - rows[r].option - 1) : MPM_NAME_LEN - 1, rows[r].option);
+  (void)snprintf(group, sizeof group, "%.*s", open ? (int)(open - rows[r].option - 1) : MPM_NAME_LEN - 1,
+                 rows[r].option);
   if (*told || (k >= 0 && !IsOf(rows[r].of, &look->scene->materials[k]))) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!MPMUnlikelyNumber(group, name, open ? open + 3 : "", &odd, &value) || value == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!MPMUnlikelyNumber(group, name, open ? open + 3 : "", &odd, &value) || value == 0)
+    PetscFunctionReturn(PETSC_SUCCESS);
   scale = Scale(look, k, rows[r].scale, rows[r].units, text);
   if (!(scale > 0) || PetscIsInfOrNanReal(scale) || PetscIsInfOrNanReal(value)) PetscFunctionReturn(PETSC_SUCCESS);
   ratio = value / scale;
   if (!(ratio < rows[r].below || ratio > rows[r].above)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (ratio >= (rows[r].units == UNITS_COEFFICIENT ? MPM_BOUND_sticks : rows[r].scale == SCALE_MODULUS ? MPM_BOUND_yield_none : PETSC_MAX_REAL))
+  if (ratio >= (rows[r].units == UNITS_COEFFICIENT ? MPM_BOUND_sticks
+                : rows[r].scale == SCALE_MODULUS   ? MPM_BOUND_yield_none
+                                                   : PETSC_MAX_REAL))
     PetscFunctionReturn(PETSC_SUCCESS); /* it is a way to have no bound */
   if (text[0])
-    (void)snprintf(line, sizeof line, "%s %s%s is %.3g times %s; %s %g to %g times it", odd.option, odd.value, unit[rows[r].units], (double)ratio, text, words[rows[r].of], (double)rows[r].from, (double)rows[r].to);
+    (void)snprintf(line, sizeof line, "%s %s%s is %.3g times %s; %s %g to %g times it", odd.option, odd.value,
+                   unit[rows[r].units], (double)ratio, text, words[rows[r].of], (double)rows[r].from,
+                   (double)rows[r].to);
   else
-    (void)snprintf(line, sizeof line, "%s %s%s: %s %g to %g", odd.option, odd.value, unit[rows[r].units], words[rows[r].of], (double)rows[r].from, (double)rows[r].to);
+    (void)snprintf(line, sizeof line, "%s %s%s: %s %g to %g", odd.option, odd.value, unit[rows[r].units],
+                   words[rows[r].of], (double)rows[r].from, (double)rows[r].to);
   for (size_t j = 0; j < sizeof meant / sizeof meant[0]; j++) {
     const PetscReal other = meant[j].units == rows[r].units ? Convert(look, k, j, value) : -1;
 
     if (!(other / scale >= rows[r].from && other / scale <= rows[r].to)) continue;
-    (void)snprintf(line + strlen(line), sizeof line - strlen(line), "; if %s, write %.3g", meant[j].name, (double)other);
+    (void)snprintf(line + strlen(line), sizeof line - strlen(line), "; if %s, write %.3g", meant[j].name,
+                   (double)other);
     break;
   }
   PetscCall(MPMNote(&look->core->print, "%s", line));
@@ -164,7 +203,8 @@ PetscErrorCode MPMUsualNote(const MPMLook *look)
       for (size_t r = 0; r < sizeof rows / sizeof rows[0]; r++) {
         const char *open = strchr(rows[r].option, '<');
 
-        if (open && open[1] == all[j].kind) PetscCall(Tell(look, r, all[j].kind == 'm' ? k : -1, all[j].names + (size_t)k * all[j].stride, &told));
+        if (open && open[1] == all[j].kind)
+          PetscCall(Tell(look, r, all[j].kind == 'm' ? k : -1, all[j].names + (size_t)k * all[j].stride, &told));
       }
     }
   for (size_t r = 0; r < sizeof rows / sizeof rows[0]; r++) {
