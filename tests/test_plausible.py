@@ -2,7 +2,7 @@
 options/, the starter problems of docs/trust.md, those of the tutorial and the README, sensible.txt, and inputs of other codes
 (translated.txt), which also make a few steps.
 
-usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|usual|sensible
+usage: test_plausible.py PEBBLE SOURCE MPIEXEC doubtful|meant|usual|sensible
 """
 import glob
 import os
@@ -11,66 +11,14 @@ import shlex
 import sys
 
 import check
+from plain import SCENES, changed, rows
 
 part, = check.arguments(__doc__, 1)
-
-
-def material(**values):
-    return {f"material_m_{key}": value for key, value in values.items()}
-
-
-def body(name, **values):
-    return {f"body_{name}_{key}": value for key, value in {"material": "m", **values}.items()}
-
-
-GROUND = {"dim": 2, "gravity": "0,-9.81", "grid_lower": "0,0", "grid_upper": "20,15", "grid_h": "1,1", "materials": "m", "bodies": "b",
-          "bc_ymin_type": "fixed", "bc_xmin_type": "slip", "bc_xmax_type": "slip", "time_end": 1,
-          **body("b", shape="box", lower="0,0", upper="20,10")}
-UNIT = {"dim": 2, "grid_lower": "0,0", "grid_upper": "1,1", "grid_h": "0.025,0.025", "materials": "m", "time_end": 0.2}
-RUBBER = material(model="neohookean", rho=1000, E=1e6, nu=0.3)
-SHOT = {**UNIT, "grid_upper": "0.02,0.04", "grid_h": "0.001,0.001", "bodies": "b", "bc_ymin_type": "separate", "bc_xmin_type": "slip",
-        "time_end": 5e-5, **body("b", shape="box", lower="0,0.001", upper="0.004,0.03", velocity="0,-200")}
-SCENES = {
-    "soil": {**GROUND, "initial_stress": "k0",
-             **material(model="druckerprager", rho=1800, E=2e7, nu=0.3, friction_angle=30, cohesion=1e4, fit="plane_strain")},
-    "clay": {**GROUND, **material(model="vonmises", rho=1800, E=2e7, nu=0.45, **{"yield": 6e5})},
-    "water": {**UNIT, "gravity": "0,-9.81", "bodies": "b", "bc_ymin_type": "slip", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
-              **body("b", shape="box", lower="0,0", upper="0.5,1"), **material(model="fluid", rho=1000, K=2e6)},
-    "metal": {**SHOT, **material(model="vonmises", rho=7850, E=2.1e11, nu=0.3, hardening=1e9, **{"yield": 2.5e8})},
-    "shock": {**SHOT, **material(model="johnsoncook", rho=8960, G=47.7e9, c0=3940, hugoniot_slope=1.49, gruneisen=1.96, hardening=2.92e8,
-                                 hardening_power=0.31, rate_factor=0.025, specific_heat=383, **{"yield": 9e7})},
-    "balls": {**UNIT, "bodies": "a,b", **RUBBER, **body("a", shape="sphere", center="0.25,0.5", radius=0.1, velocity="2,0"),
-              **body("b", shape="sphere", center="0.5,0.5", radius=0.1)},
-    "beam": {**UNIT, "grid_h": "0.02,0.02", "bodies": "b", **RUBBER, "bc_xmin_type": "fixed", "loads": "l", "load_l_body": "b",
-             "load_l_type": "traction", "load_l_face": "xmax", "load_l_value": "0,-100",
-             **body("b", shape="box", lower="0,0.4", upper="0.8,0.6")},
-    "tool": {**UNIT, "bodies": "b,r", **RUBBER, "bc_ymin_type": "slip", **body("b", shape="box", lower="0.2,0", upper="0.8,0.5"),
-             "body_r_shape": "sphere", "body_r_center": "0.5,0.8", "body_r_radius": 0.1, "body_r_rigid": "moving", "body_r_velocity": "0,-1",
-             "gravity": "0,-9.81"},
-    "jet": {**UNIT, "gravity": "0,-9.81", "bodies": "b,jet", "bc_ymin_type": "slip", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
-            **body("b", shape="box", lower="0,0", upper="1,0.2"), **body("jet", shape="box", lower="0,0.5", upper="0.2,0.6", velocity="2,0"),
-            "sources": "jet", "source_jet_to": 0.1, **material(model="fluid", rho=1000, K=2e6)},
-}
 
 # The name of each row of plausible.def, and the pattern of its note
 with open(os.path.join(check.source, "src", "advice", "plausible.def"), encoding="utf-8") as definition:
     ROWS = {name: ".*".join(map(re.escape, re.split(r"\{\w+\}", text)))
             for name, text in re.findall(r'^MPM_UNLIKELY\((\w+), .*"(.*)"\)$', definition.read(), re.M)}
-
-
-def rows(name):
-    """The parts of the lines of a file of cases."""
-    with open(os.path.join(check.source, "tests", name), encoding="utf-8") as file:
-        for line in file:
-            if line.strip() and not line.startswith("#"):
-                yield [text.strip() for text in re.split(r"\s::\s", line)]
-
-
-def changed(arguments):
-    """A scene by its name, with the options that follow; none leaves an option out, NONE gives it that value."""
-    scene, *words = shlex.split(arguments)
-    given = {**SCENES[scene], **{key[1:]: value for key, value in zip(words[::2], words[1::2])}}
-    return {key: "none" if value == "NONE" else value for key, value in given.items() if value != "none" or key == "initial_stress"}
 
 
 def dry(given, name):
@@ -112,6 +60,47 @@ def doubtful():
     two = check.pebble("-options_file", check.write("two.opts", [f"-{key} \"{value}\"" for key, value in {**SCENES["soil"], "material_m_cohesion": 9.81}.items()]),
                        "-dry_run", n=2)
     check.that(two.out.count("if kPa are meant, write 9.81e+03") == 1, "two processes note it once")
+
+
+# ---- What the notes say was meant
+
+NUMBER = r"[-+.\d][-+.\de]*"
+
+
+def remedies(note):
+    """What a note advises, as options: the value that was meant, the option left out, or other options with their values."""
+    option = re.match(r"-(\w+)", note)
+    if not option:
+        return []
+    found = [{option[1]: value} for value in re.findall(rf"write ((?:{NUMBER},)*{NUMBER})$", note)]
+    found += [{option[1]: "none"}] * bool(re.search("; leave it out|, or leave it out|remove it$", note))
+    return found + [{name: value} for name, value in re.findall(r"[;,] (?:or )?(?:write|choose|give|use) -(?!restart)(\w+) ([a-z0-9][\w.+-]*(?:,[\w.+-]+)*)(?=[;, ]|$)", note)]
+
+
+def helps(case):
+    """What is wrong with a remedy, or None: with it the scene has the note no longer. A value that is a thousandth of a thousandth of
+    the one that is meant gets the note again; then what that says helps. A refusal is of something else."""
+    label, arguments, note, remedy = case
+    given = changed(arguments)
+
+    def words(line):
+        return re.sub(NUMBER, "#", line)
+    for _ in range(4):
+        given |= remedy
+        run = dry({key: value for key, value in given.items() if value != "none"}, "meant")
+        again = [line for line in told(run) if words(line) == words(note)]
+        if not again:
+            return f"{label}: with {remedy}: {run.err.strip()}" if run.status and any(key in run.err for key in remedy) else None
+        remedy = (remedies(again[0]) or [remedy])[0]
+    return f"{label}: with {remedy}: still {again}"
+
+
+def meant():
+    check.write("ramp.csv", "0,0\n1000,1\n")
+    tried = [(label, arguments, note, remedy) for label, arguments, note in rows("doubtful.txt") if note[0] != "~" for remedy in remedies(note)]
+    for wrong in check.at_once(helps, tried):
+        check.fault(wrong)
+    check.that(len(tried) > 75, f"{len(tried)} values that notes advise are without that note")
 
 
 # ---- Numbers beside usual ones
@@ -225,6 +214,8 @@ def silent(one):
 
 if part == "doubtful":
     doubtful()
+elif part == "meant":
+    meant()
 elif part == "usual":
     usual()
 else:

@@ -299,6 +299,8 @@ def check_tables():
              "mm": ([(a, b, 1e6 * size) for a, b in x.tolist()],
                     [f"the particles of b have a volume of {1e6 * len(x) * size:.3g} m^2 together, more than the grid, 1; see the column volume of t_mm.csv, and its unit",
                      f"{len(x)} of the {len(x)} particles of b are larger than 2 cells, the largest has {1e6 / 4:.3g}: they leave gaps; give more and smaller ones, or larger cells"]),
+             "mm2": ([(a, b, 1e-6 * size) for a, b in x.tolist()],
+                     [f"the particles of b have a volume of {1e-6 * len(x) * size:.3g} m^2 together, 1e-06 of that of the cells in which they lie; see the column volume of t_mm2.csv, and its unit"]),
              "few": ([(0.3, 0.3, 0.01), (0.45, 0.3, 0.01)], ["the particles of b have a volume of 0.02 m^2 together, and the 2 cells in which they lie 0.00781; see the column volume of t_few.csv, and its unit",
                                                              "2 of the 2 particles of b are larger than 2 cells, the largest has 2.56: they leave gaps; give more and smaller ones, or larger cells"])}
     for name, (rows, want) in cases.items():

@@ -121,6 +121,11 @@ static PetscErrorCode WarnTable(const MPMCore *core, const MPMBody *b, Table *t)
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT " together, and the %" PetscInt64_FMT
                       " cells in which they lie %.3g; see the column volume of %s, and its unit",
                       b->name, (double)have, dim, t->cells, (double)((PetscReal)t->cells * cell), b->points->path));
+  else if (have < MPM_BOUND_sparse * (PetscReal)t->cells * cell)
+    PetscCall(MPMWarn(&core->print,
+                      "the particles of %s have a volume of %.3g m^%" PetscInt_FMT
+                      " together, %.2g of that of the cells in which they lie; see the column volume of %s, and its unit",
+                      b->name, (double)have, dim, (double)(have / ((PetscReal)t->cells * cell)), b->points->path));
   if (t->large)
     PetscCall(MPMWarn(
         &core->print,

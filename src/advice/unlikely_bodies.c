@@ -50,7 +50,7 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (thin < 0) return PETSC_FALSE;
   (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
   (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[thin]);
-  MPMUnlikelyWrite(odd->meant, (look->upper[k][thin] - look->lower[k][thin]) / 3);
+  MPMGridFiner(grid, 3 / odd->ratio, odd->meant, MPM_WORDS);
   return PETSC_TRUE;
 }
 
@@ -84,7 +84,7 @@ PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *od
   const MPMGrid     *grid = &look->core->grid;
   const MPMContacts *c    = look->core->contacts;
   const MPMBody     *b    = &look->scene->bodies[k];
-  PetscReal          size = 0, least = PETSC_MAX_REAL;
+  PetscReal          least = PETSC_MAX_REAL;
   PetscBool          meets = PETSC_FALSE, moves = PETSC_FALSE;
 
   if (!c || grid->dim == 1 || !MPMMaterialKeepsShape(&look->scene->materials[b->material])) return PETSC_FALSE;
@@ -96,12 +96,10 @@ PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *od
     if (other != k) least = PetscMin(least, Gap(look, k, other));
   }
   if (!meets || !(moves || (look->g > 0 && least > 1))) return PETSC_FALSE; /* what touches and rests loses nothing */
-  for (PetscInt d = 0; d < grid->dim; d++) {
-    size       = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
+  for (PetscInt d = 0; d < grid->dim; d++)
     odd->ratio = PetscMax(odd->ratio, (look->upper[k][d] - look->lower[k][d]) / grid->h[d]);
-  }
   (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
-  MPMUnlikelyWrite(odd->meant, size / 16);
+  MPMGridFiner(grid, 16 / odd->ratio, odd->meant, MPM_WORDS);
   return PETSC_TRUE;
 }
 

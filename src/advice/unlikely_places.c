@@ -182,8 +182,8 @@ PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (!((upper[d] - lower[d]) / grid->h[d] < odd->ratio)) continue;
     odd->ratio = (upper[d] - lower[d]) / grid->h[d];
     (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[d]);
-    MPMUnlikelyWrite(odd->meant, 0.5 * (upper[d] - lower[d]));
   }
+  MPMGridFiner(grid, 2 / odd->ratio, odd->meant, MPM_WORDS);
   return MPMUnlikelyGiven("body", b->name, "_shape", odd);
 }
 

@@ -25,6 +25,7 @@ typedef struct {
   PetscInt  first[MPM_MAX_COPIES];                     /* the number that node 0 of a place has or would have */
   PetscReal lower[3], upper[3], h[3];           /* m */
   PetscBool periodic[3];
+  PetscBool by_h;  /* -grid_h gave the cells, not -grid_cells */
   PetscBool round; /* x and y are r and z of bodies of revolution (-geometry axisymmetric) */
   PetscBool total; /* weights and cells are those of reference positions, field X (docs/method.md, The total frame) */
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
@@ -67,5 +68,9 @@ MPM_INLINE PetscInt MPMGridFold(const MPMGrid *grid, PetscInt d, PetscInt i)
 void      MPMGridSetNodes(MPMGrid *, MPMBasis);    /* sets layers and nodes from the other members */
 PetscReal MPMGridNodes(const MPMGrid *, MPMBasis); /* nodes in the arrays of one process that has the whole grid */
 PetscReal MPMGridSmallestH(const MPMGrid *);       /* m */
+
+/* Writes the option that makes the cells of a scene at least so many times as small, by a whole number of 2s and 5s, so that they
+   divide the grid and have few digits. */
+void MPMGridFiner(const MPMGrid *, PetscReal times, char text[], size_t size);
 
 #endif

@@ -45,6 +45,7 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsReals(o, "grid_h", NULL, h, &by_h));
   if (by_cells && by_h) MPMOptionsFail(o, "-grid_cells and -grid_h exclude each other");
   if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
+  grid->by_h = by_h;
   for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
   if (grid->round && grid->lower[0] < 0)
     MPMOptionsFail(

@@ -274,6 +274,7 @@ static PetscErrorCode NoteCoarse(Search *s)
   for (PetscInt pair = 0; pair < s->c->npairs; pair++) {
     MPMRigid *rigid = s->c->pair[pair].rigid;
     PetscReal most2 = 0;
+    char      finer[80];
 
     if (!rigid || !rigid->free || rigid->slid < 0 || s->c->pair[pair].flows || !MPMRigidIsRound(rigid)) continue;
     if (rigid->shape->radius > (COARSE - 0.1) * h) continue;
@@ -288,10 +289,11 @@ static PetscErrorCode NoteCoarse(Search *s)
     rigid->slid += s->core->params.dt * PetscSqrtReal(most2);
     if (rigid->slid < SLIDES * h) continue;
     rigid->slid = -1;
+    MPMGridFiner(&s->core->grid, 16 * h / rigid->shape->radius, finer, sizeof finer);
     PetscCall(MPMNote(&s->core->print,
                       "seen at t=%g s: the rigid body %s, with %.2g cells in its radius, slides or rolls on matter; smooth "
-                      "disks with 4, 8 and 16 then have 0.86, 0.96 and 0.99 of their speed; choose -grid_h %.3g",
-                      (double)s->core->t, rigid->name, (double)(rigid->shape->radius / h), (double)(rigid->shape->radius / 16)));
+                      "disks with 4, 8 and 16 then have 0.86, 0.96 and 0.99 of their speed; choose %s",
+                      (double)s->core->t, rigid->name, (double)(rigid->shape->radius / h), finer));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
