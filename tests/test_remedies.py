@@ -140,16 +140,19 @@ def main():
     places = [(x, y) for x in np.arange(0.2, 0.3, 0.0125).tolist() for y in np.arange(0.45, 0.55, 0.0125).tolist()]
     for name, volume, points in (("once", 0.0125**2, places), ("twice", 0.0125**2, places * 2), ("large", 1, places), ("small", 1e-10, places)):
         check.write(name + ".csv", ["x,y,volume", *(f"{x!r},{y!r},{volume!r}" for x, y in points)])
-    for name in ("docs/faq.md",):
-        for said, advised in entries(name):
-            found = [row for row in table if row[0] in plain(said)]
-            used |= {row[0] for row in found}
-            text = " ".join(" ".join(row[2:]) for row in found)
-            lost = [option for option in OPTION.findall(advised) if not re.search(re.sub(r"<\w>", r"\\w+", option) + r"(?!\w)", text)]
-            check.fault(f"{name}: no row of remedies.txt quotes: {said}" if not found else f"{name}: no row has {' '.join(lost)} of: {said}" if lost else None)
-            jobs += [(len(jobs) + k, row, said) for k, row in enumerate(found)]
+    for said, advised in entries("docs/faq.md"):
+        found = [row for row in table if row[0] in said]
+        used |= {row[0] for row in found}
+        text = " ".join(" ".join(row[2:]) for row in found)
+        lost = [option for option in OPTION.findall(advised) if not re.search(re.sub(r"<\w>", r"\\w+", option) + r"(?!\w)", text)]
+        check.fault(f"docs/faq.md: no row of remedies.txt quotes: {said}" if not found else f"docs/faq.md: no row has {' '.join(lost)} of: {said}" if lost else None)
+        jobs += [(len(jobs) + k, row, said) for k, row in enumerate(found)]
+    others = " ".join(plain(check.content(path).decode()) for path in [f"{check.source}/README.md", *glob.glob(f"{check.source}/docs/*.md")])
+    found = [row for row in table if row[0] not in used and row[0] in others]
+    used |= {row[0] for row in found}
+    jobs += [(len(jobs) + k, row, row[0]) for k, row in enumerate(found)]
     for row in table:
-        check.fault(None if row[0] in used else f"remedies.txt: in no entry, or in several: {row[0]}")
+        check.fault(None if row[0] in used else f"remedies.txt: in no document: {row[0]}")
         check.fault(elsewhere(row) if row[1] == TEST else None)
     wrong = check.at_once(judge, [job for job in jobs if job[1][1] in ("dry", RUN)][::1 if ALL else 4])
     for one in wrong:

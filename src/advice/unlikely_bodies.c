@@ -81,9 +81,9 @@ static PetscReal Gap(const MPMLook *look, PetscInt k, PetscInt other)
 
 PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid     *grid = &look->core->grid;
-  const MPMContacts *c    = look->core->contacts;
-  const MPMBody     *b    = &look->scene->bodies[k];
+  const MPMGrid     *grid  = &look->core->grid;
+  const MPMContacts *c     = look->core->contacts;
+  const MPMBody     *b     = &look->scene->bodies[k];
   PetscReal          least = PETSC_MAX_REAL;
   PetscBool          meets = PETSC_FALSE, moves = PETSC_FALSE;
 
