@@ -120,7 +120,7 @@ def check_friction():
 def free(dim, *more, wall="friction", end=1.0):
     """A free body above a wall, and a crumb of matter far away from it."""
     up = [8, 2, 2][:dim]
-    return grid([0] * dim, up, 0.25) + SOFT + ["-bodies crumb,b", *box("crumb", [7.5, 0, 0][:dim], [8, 0.5, 0.5][:dim], "material m"), f"-bc_ymin_type {wall}", "-bc_xmax_type slip",
+    return grid([0] * dim, up, 0.25) + SOFT + [*(["-bodies crumb,b"] if "-bodies" not in " ".join(more) else []), *box("crumb", [7.5, 0, 0][:dim], [8, 0.5, 0.5][:dim], "material m"), f"-bc_ymin_type {wall}", "-bc_xmax_type slip",
                                               f"-time_end {end}", "-body_b_rigid free", "-body_b_rho 1000", *more]
 
 
@@ -165,10 +165,13 @@ def check_floats():
 
 
 def check_rolls():
-    for dim, name, inertia in ((2, "disk", 0.5), (3, "ball", 0.4)):
-        for angle, mu in ((30, 0.5), (45, 0.2)):
+    hole = "-body_b_cut hole", "-body_hole_shape sphere", "-body_hole_center 1,0.5", "-body_hole_radius 0.25", "-body_hole_material none"
+    for dim, name, inertia, more in ((2, "disk", 0.5, ()), (3, "ball", 0.4, ()), (2, "annulus", 0.625, ("-body_b_inner_radius 0.25",)),
+                                     (2, "disk with a hole", 0.625, hole), (3, "cylinder", 0.5, ("-body_b_length 1", "-body_b_axis 0,0,1"))):
+        shape = name if name in ("annulus", "cylinder") else "sphere"
+        for angle, mu in ((30, 0.5), (45, 0.2)) + (((0.2, 0.5),) if shape == "annulus" else ()):
             down, across = 10 * np.sin(np.radians(angle)), 10 * np.cos(np.radians(angle))
-            found, _ = run("rolls", free(dim, "-gravity " + words([down, -across, 0][:dim]), f"-bc_ymin_mu {mu}", "-body_b_shape sphere", "-body_b_center " + words([1, 0.5, 1][:dim]), "-body_b_radius 0.5"),
+            found, _ = run("rolls", free(dim, "-bodies crumb,b" + (",hole" if more == hole else ""), "-gravity " + words([down, -across, 0][:dim]), f"-bc_ymin_mu {mu}", f"-body_b_shape {shape}", "-body_b_center " + words([1, 0.5, 1][:dim]), "-body_b_radius 0.5", *more),
                            "-dt_size", 1e-3)
             rolls = mu * across > down / (1 + 1 / inertia)
             way, spin = (down / (1 + inertia) / 2, down / (1 + inertia) / 0.5) if rolls else ((down - mu * across) / 2, mu * across / inertia / 0.5)

@@ -3,6 +3,9 @@
 #include "base/tensor.h"
 #include "physics/rigid.h"
 
+#define STANDS   0.02 /* a cylinder whose axis is as near to the vertical, rad, stands */
+#define ROUNDING 1e-9 /* of a radius: what is as near to a surface lies on it */
+
 /* Sets T [9] to the rotation by the angle |w| dt about w [3]: that of the quaternion (1, a w) with a = tan(dt
    |w|/2)/|w|, by its series to the third power of the angle: the error of an angle of 0.1 is 3e-9. */
 static void Rotation(const PetscReal w[], PetscReal dt, PetscReal T[])
@@ -105,6 +108,34 @@ void MPMRigidPoint(const MPMRigid *r, PetscInt k, PetscReal x[])
 
   for (PetscInt d = 0; d < 3; d++)
     x[d] = r->pivot[d] + r->place[d] + r->turn[3 * d] * X[0] + r->turn[3 * d + 1] * X[1] + r->turn[3 * d + 2] * X[2];
+}
+
+/* Sets x to the places of a ball, a ring or a cylinder that are farthest along the unit vector down [3], m: one, of a
+   cylinder one at each end. Returns their number: 0 of other shapes, of a cylinder that stands on its end, and where a cut
+   took them away; points of the surface know these well enough. */
+PetscInt MPMRigidLowest(const MPMRigid *r, PetscInt dim, const PetscReal down[], PetscReal x[2][3])
+{
+  const MPMRegion *shape  = r->shape;
+  const PetscBool  rod  = shape->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal        center[3], end[3] = {0}, out[3], n[3], along = 0, size = 0;
+
+  if (!rod && shape->type != MPM_REGION_sphere && shape->type != MPM_REGION_annulus) return 0;
+  for (PetscInt d = 0; d < 3; d++) {
+    center[d] = r->pivot[d] + r->place[d];
+    for (PetscInt e = 0; e < dim; e++) center[d] += r->turn[3 * d + e] * (shape->center[e] - r->pivot[e]);
+    for (PetscInt e = 0; e < dim && rod; e++) end[d] += r->turn[3 * d + e] * shape->axis[e];
+    along += down[d] * end[d];
+  }
+  for (PetscInt d = 0; d < 3; d++) out[d] = down[d] - along * end[d];
+  for (PetscInt d = 0; d < 3; d++) size += out[d] * out[d];
+  size = PetscSqrtReal(size);
+  if (size < STANDS) return 0;
+  for (PetscInt k = 0; k < (rod ? 2 : 1); k++) {
+    for (PetscInt d = 0; d < 3; d++)
+      x[k][d] = center[d] + shape->radius * out[d] / size + (k ? -0.5 : 0.5) * (rod ? shape->length : 0) * end[d];
+    if (MPMRigidDistance(r, dim, x[k], n) > ROUNDING * shape->radius) return 0;
+  }
+  return rod ? 2 : 1;
 }
 
 /* Returns a bound of the speed of all places of the body, m/s. */

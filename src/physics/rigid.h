@@ -89,6 +89,7 @@ void           MPMRigidMove(MPMRigid *, PetscReal dt);
 PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
 void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
+PetscInt       MPMRigidLowest(const MPMRigid *, PetscInt dim, const PetscReal down[], PetscReal x[2][3]);
 PetscReal      MPMRigidSpeed(const MPMRigid *);
 PetscReal      MPMRigidEnergy(const MPMRigid *);
 PetscBool      MPMRigidTouches(const MPMRigid *, const MPMRigid *, PetscInt dim, PetscReal most);

@@ -75,7 +75,7 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
   for (PetscInt k = 0; k < 2 * grid->dim && r->free; k++) {
     const MPMWall   type  = scene->walls.given[k / 2][k % 2].type;
     const PetscReal plane = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], sign = k % 2 ? -1 : 1;
-    PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3];
+    PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3], down[3] = {0}, lowest[2][3];
 
     if (grid->round && k < 2) { /* x is the radius */
       MPMRigidHold(r, k, 1);
@@ -88,8 +88,10 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
                      "or enlarge that (-grid_%s)",
                      r->name, "xyz"[k / 2], (double)r->pivot[k / 2], k % 2 ? "upper" : "lower");
     if (type == MPM_WALL_free) continue;
-    if (MPMRigidIsRound(r)) gap -= r->shape->radius;
-    for (PetscInt p = 0; p < r->npoints && !MPMRigidIsRound(r); p++) {
+    down[k / 2] = -sign;
+    for (PetscInt p = MPMRigidLowest(r, grid->dim, down, lowest) - 1; p >= 0; p--)
+      gap = PetscMin(gap, sign * (lowest[p][k / 2] - plane));
+    for (PetscInt p = 0; p < r->npoints; p++) {
       MPMRigidPoint(r, p, x);
       gap = PetscMin(gap, sign * (x[k / 2] - plane));
     }

@@ -2,8 +2,8 @@
    does to them is in contact.c. All processes compute the same numbers.
 
    A body stands on a wall with a few points of its surface: the one that is nearest to the wall, and in some directions
-   along the wall one that is nearly as near (SLOPES) and farther out; a ball and a disk with the lowest one. A point
-   may come nearer by its gap at most. */
+   along the wall one that is nearly as near (SLOPES) and farther out; a ball, a ring and a cylinder with the lowest places
+   of their round surface, so that they roll. A point may come nearer by its gap at most. */
 #include "physics/wall.h"
 #include "step/friction.h"
 #include "step/step.h"
@@ -51,18 +51,18 @@ static PetscErrorCode FindSupports(MPMCore *core, PetscInt body, PetscInt face)
   const MPMGrid  *grid = &core->grid;
   const PetscInt  dim = grid->dim, axis = face / 2;
   const MPMRigid *r = &core->rigids.body[body];
-  PetscReal       plane, sign, x[3], best[DIRECTIONS + 1], at[3];
-  PetscInt        which[DIRECTIONS + 1] = {0}, n = dim == 1 ? 1 : dim == 2 ? 3 : DIRECTIONS + 1;
+  PetscReal       plane, sign, x[3], best[DIRECTIONS + 1], at[3], down[3] = {0}, lowest[2][3];
+  PetscInt        which[DIRECTIONS + 1] = {0}, n = dim == 1 ? 1 : dim == 2 ? 3 : DIRECTIONS + 1, round;
 
   PetscFunctionBeginUser;
   MPMWallPlane(core->params.walls, grid, face, &plane, &sign);
   for (PetscInt d = 0; d < 3; d++) at[d] = r->pivot[d] + r->place[d];
   if (sign * (at[axis] - plane) > r->reach + MPMGridSmallestH(grid)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (MPMRigidIsRound(r)) {
-    at[axis] -= sign * r->shape->radius;
-    PetscCall(Add(core, body, face, at, sign * (at[axis] - plane)));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  down[axis] = -sign;
+  round      = MPMRigidLowest(r, dim, down, lowest);
+  for (PetscInt k = 0; k < round; k++)
+    PetscCall(Add(core, body, face, lowest[k], sign * (lowest[k][axis] - plane)));
+  if (round) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt q = 0; q < n; q++) best[q] = PETSC_MAX_REAL;
   for (PetscInt k = 0; k < r->npoints; k++) {
     PetscReal gap, along[3];
