@@ -190,6 +190,7 @@ static PetscErrorCode WarnSpeed(const MPMCore *core, const MPMScene *scene)
 static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
+  if (MPMUnlikelyGravity(core, scene)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody     *b     = &scene->bodies[k];
     const MPMMaterial *m     = &scene->materials[b->material];

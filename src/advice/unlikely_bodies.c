@@ -54,6 +54,29 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+/* How many cells a body has along its longest axis, of a solid also beyond a plane of symmetry. */
+PetscBool MPMUnlikely_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const MPMBody  *b    = &look->scene->bodies[k];
+  const PetscBool keep = MPMMaterialKeepsShape(&look->scene->materials[b->material]);
+  PetscReal       h    = 0;
+
+  if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d] *
+                            (keep && IsAtFace(look, k, d) ? 2 : 1);
+
+    if (grid->periodic[d]) return PETSC_FALSE;
+    if (cells <= odd->ratio) continue;
+    odd->ratio = cells;
+    h          = grid->h[d];
+  }
+  (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
+  MPMUnlikelyWrite(odd->meant, odd->ratio * h / 4);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody     *b    = &look->scene->bodies[k];
@@ -247,7 +270,9 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
                (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material))
                      : 20 * m->yield);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  return odd->ratio < PETSC_MAX_REAL && (!soil || look->g > 0) ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio < PETSC_MAX_REAL && (!soil || MPMUnlikelyWeight(look, look->scene->bodies[load->body].material) > 0)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -294,6 +319,9 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  MPMOdd still = {0};
+
+  if (MPMUnlikely_formula_still(look, k, &still) && still.ratio > 0) return PETSC_FALSE; /* which is told */
   return MPMUnlikely_load_large(look, k, odd);
 }
 

@@ -275,6 +275,11 @@ PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, "the open face %s at t = %.3g s", MPMFaceNames[w->face], (double)w->t);
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) /* a clamp that it does not reach */
+    if (MPMUnlikelyWall(look, face) == MPM_WALL_fixed && face / 2 != w->face / 2)
+      (void)snprintf(odd->meant, MPM_WORDS,
+                     "the open face %.8s at t = %.3g s: it starts %.3g cells from the wall %.8s fixed",
+                     MPMFaceNames[w->face], (double)w->t, (double)MPMUnlikelyBeside(look, k, face), MPMFaceNames[face]);
   return Moves(look, &look->scene->bodies[k], odd);
 }
 
