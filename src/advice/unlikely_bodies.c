@@ -317,12 +317,22 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
+/* The strain by a load, in bending where the body is slender: 6 F L/(E H^2) at most, of a force over its longest side. */
 PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  MPMOdd still = {0};
+  const PetscInt b     = look->scene->loads[k].body;
+  MPMOdd         still = {0};
+  PetscReal      size, most = 0, least = PETSC_MAX_REAL;
 
   if (MPMUnlikely_formula_still(look, k, &still) && still.ratio > 0) return PETSC_FALSE; /* which is told */
-  return MPMUnlikely_load_large(look, k, odd);
+  if (!Load(look, k, odd, &size)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    most  = PetscMax(most, look->upper[b][d] - look->lower[b][d]);
+    least = PetscMin(least, look->upper[b][d] - look->lower[b][d]);
+  }
+  odd->ratio *= 6 * PetscSqr(most / least);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
