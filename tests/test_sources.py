@@ -185,7 +185,7 @@ def stopped():
 def refused():
     for more, words in ((["-sources", "tap"], "-sources tap: no body of that name has particles on a lattice"), (["-source_jet_to", 0.01], "-source_jet_to 0.01 must be later than -source_jet_from 0.05"),
                         (["-body_jet_velocity", "0,0"], "-body_jet_velocity must be numbers, one of them not 0"),
-                        (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-sources: a particle of jet would enter at x = 0.0125, but the grid is from 0 to 2"),
+                        (["-body_jet_velocity", "2*x,0"], "-sources: -body_jet_velocity must be numbers, one of them not 0"), (["-body_jet_velocity", "-2,0"], "-body_jet_velocity moves a particle of jet, which enters at x = 0.0125, out of the grid, which is from 0 to 2 and has to reach two cells farther; turn it, or move -body_jet_shape"), (["-body_jet_lower", "2.1,0.5", "-body_jet_upper", "2.3,0.6"], "would enter at x = 2.2875, but the grid is from 0 to 2; see -body_jet_shape"),
                         (["-sources", "jet,pool", "-source_pool_to", 1, "-body_pool_velocity", "0,1"], "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner"),
                         (["-body_jet_cut", "pool"], "-sources: the body jet may not be cut or limited by others"), (["-initial_stress", "k0"], "-sources does not apply with -initial_stress"),
                         (["-reference_type", "expression", "-reference_displacement", "0,0"], "-sources does not apply with a known solution"),

@@ -73,11 +73,21 @@ static PetscErrorCode NoteCelsius(const MPMPrinter *print, const MPMMaterial *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes that a run of automatic time steps that nothing else limits ends after a few of them. */
-static PetscErrorCode NoteSteps(const MPMCore *core, const MPMTime *time, PetscReal steps)
+/* Notes that a run of automatic time steps that nothing else limits, or a stage of it, ends after a few of them. */
+static PetscErrorCode NoteSteps(const MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscReal steps)
 {
+  const MPMStages *s = &core->stages;
+
   PetscFunctionBeginUser;
-  if (steps > 0 && steps < MPM_BOUND_few_steps && !core->step && !(time->fixed > 0) && time->max_steps == PETSC_MAX_INT)
+  if (!(steps > 0 && steps < MPM_BOUND_few_steps) || time->fixed > 0 || time->max_steps != PETSC_MAX_INT)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (s->n && core->t <= s->began)
+    PetscCall(MPMNote(
+        &core->print,
+        "-stage_%s_time: the stage makes only %g step%s in its %.3g s, in which waves cross few cells; check it, and the "
+        "units of moduli and densities",
+        scene->stages[s->now - 1], (double)steps, steps > 1 ? "s" : "", (double)(time->end - s->began)));
+  else if (!core->step)
     PetscCall(MPMNote(
         &core->print,
         "the run makes only %g step%s until -time_end %g s, in which waves cross few cells; check it, and the units "
@@ -190,6 +200,7 @@ static PetscErrorCode WarnSpeed(const MPMCore *core, const MPMScene *scene)
 static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
+  if (MPMUnlikelyGravity(core, scene)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody     *b     = &scene->bodies[k];
     const MPMMaterial *m     = &scene->materials[b->material];
@@ -211,9 +222,34 @@ static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether a rigid body that stays beside a side of a body shuts it off: one that stands still, or moves along
+   the axis of that side alone. */
+static PetscBool IsShut(const MPMCore *core, const MPMScene *scene, const MPMTime *time, const PetscReal lower[],
+                        const PetscReal upper[], PetscInt axis, PetscInt side)
+{
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++) {
+    const MPMBody  *b    = &scene->bodies[k];
+    PetscReal       v[9] = {0}, low[3], high[3], gap;
+    const PetscReal x[3] = {0};
+    PetscBool       shut = PETSC_TRUE;
+
+    if (b->removed || b->spin || (b->rigid != MPM_RIGID_FIXED && b->rigid != MPM_RIGID_MOVING)) continue;
+    if (b->velocity && MPMExpressionEvaluate(b->velocity, core->grid.dim, x, x, 0.5 * time->end, v)) continue;
+    MPMRegionBounds(&b->region, core->grid.dim, low, high);
+    gap = side ? low[axis] - upper[axis] : lower[axis] - high[axis];
+    for (PetscInt d = 0; d < core->grid.dim; d++)
+      if (d == axis ? PetscAbsReal(gap) > core->grid.h[d]
+                    : v[d] != 0 || low[d] > lower[d] + core->grid.h[d] || high[d] < upper[d] - core->grid.h[d])
+        shut = PETSC_FALSE;
+    if (shut) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* Returns whether a body has room beside it, across gravity: an axis that is not periodic, and on which it does not
-   reach from wall to wall. */
-static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const PetscReal lower[], const PetscReal upper[])
+   reach from wall to wall, or to rigid bodies in their place. */
+static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const MPMTime *time, const PetscReal lower[],
+                         const PetscReal upper[])
 {
   const MPMGrid *grid = &core->grid;
 
@@ -221,16 +257,20 @@ static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const Petsc
     const MPMFace *f = scene->walls.given[d];
 
     if (core->params.gravity[d] != 0 || grid->periodic[d]) continue;
-    if (!MPMWallHas(f[0].type, MPM_WALL_NORMAL) || !MPMWallHas(f[1].type, MPM_WALL_NORMAL)) return PETSC_TRUE;
-    if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] ||
-        upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
-      return PETSC_TRUE;
+    for (PetscInt side = 0; side < 2; side++) {
+      const PetscReal gap = side ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d];
+
+      if ((!MPMWallHas(f[side].type, MPM_WALL_NORMAL) || gap > f[side].distance + grid->h[d]) &&
+          !IsShut(core, scene, time, lower, upper, d, side))
+        return PETSC_TRUE;
+    }
   }
   return PETSC_FALSE;
 }
 
 /* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which it does not. */
-static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method)
+static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method,
+                               const MPMTime *time)
 {
   const char *name = NULL;
   PetscReal   nu   = 0;
@@ -244,7 +284,7 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
 
     if (b->alone || b->source.on || !(m->state & MPM_BIT(vc)) || m->cohesion > 0) continue;
     MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
-    for (PetscInt d = 0; d < core->grid.dim && HasRoom(core, scene, lower, upper); d++) {
+    for (PetscInt d = 0; d < core->grid.dim && HasRoom(core, scene, time, lower, upper); d++) {
       const PetscReal own = MPM_BOUND_runs *
                             PetscSqrtReal(PetscAbsReal(core->params.gravity[d]) * PetscPowReal(upper[d] - lower[d], 3));
 
@@ -325,14 +365,14 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
         MPMWarn(&core->print,
                 "the run would take about %.2g years; choose an earlier -time_end, larger cells or a larger time step",
                 (double)(seconds / MPM_BOUND_year)));
-  PetscCall(NoteSteps(core, time, f->steps));
+  PetscCall(NoteSteps(core, scene, time, f->steps));
   PetscCall(WarnLocking(core, scene));
   PetscCall(WarnSink(core, scene));
   PetscCall(WarnRest(core, scene, method));
   PetscCall(WarnSpeed(core, scene));
   PetscCall(WarnWeight(core, scene));
   PetscCall(WarnAngle(core, scene));
-  PetscCall(WarnRuns(core, scene, method));
+  PetscCall(WarnRuns(core, scene, method, time));
   PetscCall(NoteRound(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

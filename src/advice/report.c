@@ -145,7 +145,7 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
   PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s", load->name,
                      load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n, scene->bodies[load->body].name));
   PetscCall(PrintInAll(core, load->nc, largest, PetscSqrtReal(most), load->type == MPM_LOAD_FORCE ? "N" : "N m", at));
-  if (!(most > 0))
+  if (!(most > 0) && end > 0)
     PetscCall(MPMWarn(&core->print, "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value",
                       load->name, load->name));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -259,7 +259,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     PetscCall(PrintInAll(core, dim, all, most, "N", at));
     if (!n[0])
       PetscCall(MPMWarn(&core->print, "load %s acts on no particle", load->name));
-    else if (!(most > 0))
+    else if (!(most > 0) && end > 0)
       PetscCall(MPMWarn(
           &core->print,
           "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",

@@ -177,7 +177,7 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMReportMet(const MPMCore *core)
+PetscErrorCode MPMReportMet(const MPMCore *core, const MPMMeasures *m)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->rigids.n; k++) {
@@ -187,5 +187,9 @@ PetscErrorCode MPMReportMet(const MPMCore *core)
     PetscCall(MPMNote(&core->print, "the rigid body %s moved, but met nothing: its reaction was 0 all the time; check its place, -body_%s_velocity and -time_end",
                       r->name, r->name));
   }
+  for (PetscInt k = 0; k < m->nprobes; k++)
+    if (m->probe[k].stays && !m->probe[k].seen)
+      PetscCall(MPMNote(&core->print, "probe %s: no matter was within a cell of it at any line of the history, so that its columns are nan all the time; check -probe_%s_at",
+                        m->probe[k].name, m->probe[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,7 +7,7 @@
 MPMForecast MPMForecastOf(const MPMCore *core, const MPMTime *time, const MPMMonitor *mon, const MPMOutput *out,
                           const MPMCost *cost)
 {
-  const PetscReal left = time->end - core->t;
+  const PetscReal left = time->end - PetscMax(core->t, core->stages.began); /* a dry run looks at later stages too */
   MPMForecast     f    = {.left = left, .dt = MPMTimeStep(core, time)};
 
   f.steps = PetscCeilReal(left / f.dt);

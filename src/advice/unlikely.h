@@ -71,7 +71,7 @@ PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscRea
                            PetscReal x[3]);
 
 /* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the stress by
-   the weight of the highest body of a material, Pa; the modulus of a material for its fastest waves, and Young's, Pa. */
+   the weight of the highest body of a material, Pa, or 0 if gravity is told to be in another unit; the modulus of a material for its fastest waves, and Young's, Pa. */
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
@@ -79,6 +79,7 @@ PetscReal MPMUnlikelyCohesion(const MPMMaterial *); /* as it was given, Pa; 0: n
 PetscBool
 MPMUnlikelyTonnes(const MPMMaterial *);    /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
 PetscReal MPMUnlikelyEnd(const MPMLook *); /* of all stages, s */
+PetscBool MPMUnlikelyGravity(const MPMCore *, const MPMScene *); /* is gravity told to be in another unit? */
 
 /* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the
    run, whether that is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find

@@ -54,6 +54,26 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+/* How many cells a body has along its longest axis, of a solid also beyond a plane of symmetry. */
+PetscBool MPMUnlikely_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const MPMBody  *b    = &look->scene->bodies[k];
+  const PetscBool keep = MPMMaterialKeepsShape(&look->scene->materials[b->material]);
+
+  if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d] *
+                            (keep && IsAtFace(look, k, d) ? 2 : 1);
+
+    if (grid->periodic[d]) return PETSC_FALSE;
+    odd->ratio = PetscMax(odd->ratio, cells);
+  }
+  (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
+  MPMGridFiner(grid, 4 / odd->ratio, odd->meant, MPM_WORDS);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody     *b    = &look->scene->bodies[k];
@@ -245,7 +265,9 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
                (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material))
                      : 20 * m->yield);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  return odd->ratio < PETSC_MAX_REAL && (!soil || look->g > 0) ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio < PETSC_MAX_REAL && (!soil || MPMUnlikelyWeight(look, look->scene->bodies[load->body].material) > 0)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -290,9 +312,22 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
+/* The strain by a load, in bending where the body is slender: 6 F L/(E H^2) at most, of a force over its longest side. */
 PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  return MPMUnlikely_load_large(look, k, odd);
+  const PetscInt b     = look->scene->loads[k].body;
+  MPMOdd         still = {0};
+  PetscReal      size, most = 0, least = PETSC_MAX_REAL;
+
+  if (MPMUnlikely_formula_still(look, k, &still) && still.ratio > 0) return PETSC_FALSE; /* which is told */
+  if (!Load(look, k, odd, &size)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    most  = PetscMax(most, look->upper[b][d] - look->lower[b][d]);
+    least = PetscMin(least, look->upper[b][d] - look->lower[b][d]);
+  }
+  odd->ratio *= 6 * PetscSqr(most / least);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)

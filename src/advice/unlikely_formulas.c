@@ -126,6 +126,44 @@ static MPMFormula Given(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return f;
 }
 
+/* Reads a product of numbers and pi up to its parenthesis; returns 0 for other texts. */
+static PetscReal Product(const char *at)
+{
+  PetscReal product = 1;
+  PetscBool pi      = PETSC_FALSE;
+
+  for (char op = '*'; op != ')'; op = *at++) {
+    char     *end    = (char *)at + strspn(at, " ");
+    PetscReal factor = PETSC_PI;
+
+    if (!strncasecmp(end, "pi", 2))
+      pi = PETSC_TRUE, end += 2;
+    else if (isdigit((unsigned char)*end) || *end == '.')
+      factor = strtod(end, &end);
+    else
+      return 0;
+    product = op == '/' ? product / factor : product * factor;
+    at      = end + strspn(end, " ");
+    if (!*at || !strchr("*/)", *at)) return 0;
+  }
+  return pi ? product : 0;
+}
+
+/* A wave without t: the sine or cosine of turns, 2*pi*<frequency>. */
+PetscBool MPMUnlikely_formula_still(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f = MPMUnlikelyFormula(look, k);
+
+  if (!f.value || MPMUnlikelyChanges(look, k) || !MPMUnlikelyGiven(f.group, f.name, f.word, odd)) return PETSC_FALSE;
+  for (const char *at = odd->value; (at = strpbrk(at, "scSC")); at++) {
+    if (strncasecmp(at, "sin(", 4) && strncasecmp(at, "cos(", 4)) continue;
+    if (!(Product(at + 4) > odd->ratio)) continue;
+    odd->ratio = Product(at + 4);
+    (void)snprintf(odd->other, MPM_WORDS, "%.*s", (int)(strchr(at, ')') + 1 - at), at);
+  }
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMFormula f = MPMUnlikelyFormula(look, k);

@@ -52,3 +52,21 @@ PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
              ? PETSC_TRUE
              : PETSC_FALSE;
 }
+
+PetscBool MPMUnlikely_pulls_water(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene    *scene = look->scene;
+  const MPMMaterial *m     = &scene->materials[k];
+  PetscReal          cutoff;
+
+  if (!(m->type->traits & MPM_FLUID) || !(MPMUnlikelyWeight(look, k) > 0) ||
+      !OfMaterial(look, k, "_tension_cutoff", odd, &cutoff))
+    return PETSC_FALSE;
+  odd->ratio = cutoff / MPMUnlikelyWeight(look, k);
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+      if (scene->bodies[b].material == k && face / 2 != look->down && !look->core->grid.periodic[face / 2] &&
+          !(look->core->grid.round && !face) && MPMUnlikelyBeside(look, b, face) > 1)
+        (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
+  return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+}

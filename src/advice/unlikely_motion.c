@@ -27,6 +27,42 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return walls;
 }
 
+/* A body that lay on matter which its stage removes, and that touches nothing of what is left. */
+PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+  const PetscInt  down = look->down, up = look->core->params.gravity[look->down] > 0,
+                 all = scene->nbodies + scene->nshapes;
+  PetscBool lay      = PETSC_FALSE;
+
+  if (look->core->stages.now < 2 || !(look->g > 0) || !MPMUnlikelyGiven("remove", NULL, "", odd)) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++)
+    if (MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) &&
+        MPMUnlikelyBeside(look, k, face) < 1)
+      return PETSC_FALSE;
+  for (PetscInt b = 0; b < all; b++) {
+    const MPMBody *body = &scene->bodies[b];
+    PetscReal      lower[3], upper[3], gap = 0;
+
+    if (b == k || body->source.on || (b >= scene->nbodies && body->rigid == MPM_RIGID_NONE)) continue;
+    MPMRegionBounds(&body->region, grid->dim, lower, upper);
+    for (PetscInt d = 0; d < grid->dim; d++)
+      gap = PetscMax(gap, PetscMax(lower[d] - look->upper[k][d], look->lower[k][d] - upper[d]) / grid->h[d]);
+    if (gap > 1) continue;
+    if (!body->removed) return PETSC_FALSE;
+    if (!body->rigid && (up ? upper[down] > look->upper[k][down] : lower[down] < look->lower[k][down]))
+      lay = PETSC_TRUE;
+  }
+  odd->ratio = MPMUnlikelyBeside(look, k, 2 * down + up);
+  (void)snprintf(odd->option, MPM_WORDS, "-stage_%.100s_remove", scene->stages[look->core->stages.now - 1]);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
+  (void)snprintf(odd->meant, MPM_WORDS,
+                 MPMUnlikelyWall(look, 2 * down + up) == MPM_WALL_free ? "out of the grid" : "onto the wall %s",
+                 MPMFaceNames[2 * down + up]);
+  return lay;
+}
+
 PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad     *load = &look->scene->loads[k];
@@ -85,4 +121,36 @@ PetscBool MPMUnlikely_check_walls(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (void)snprintf(odd->other, MPM_WORDS, "the wall -bc_%.8s_type %.40s", MPMFaceNames[face], MPMWallNames[type]);
   }
   return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The steepest long edge at the top of a polygon of soil that starts at rest, or is to settle: its tangent, over that of
+   the friction angle that acts. */
+PetscBool MPMUnlikely_steep(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMCore     *core = look->core;
+  const MPMBody     *b    = &look->scene->bodies[k];
+  const MPMMaterial *m    = &look->scene->materials[b->material];
+  MPMSurface        *s    = b->region.surface;
+  const PetscReal    acts = PetscTanReal(m->acts[core->grid.dim == 2] * PETSC_PI / 180),
+                  high    = look->upper[k][1] - look->lower[k][1];
+  PetscReal angle         = 0;
+
+  if (core->grid.dim != 2 || core->grid.round || !s || !(m->type->traits & MPM_LOOSE) || core->step || core->rigids.n ||
+      core->stages.now > 1 || !(core->params.gravity[1] < 0) || b->v2 > 0 ||
+      !(MPMInitialGravity(look->scene) > 0 || MPMDampingIsOn(core)) || !(acts > 0) ||
+      MPMUnlikelyCohesion(m) > 1e-3 * MPMUnlikelyWeight(look, b->material))
+    return PETSC_FALSE;
+  for (PetscInt e = 0; e < s->n; e++) {
+    const PetscReal *p = s->corner + 4 * e, dx = PetscAbsReal(p[2] - p[0]), dy = PetscAbsReal(p[3] - p[1]);
+    const PetscReal  mid[3] = {0.5 * (p[0] + p[2]), 0.5 * (p[1] + p[3]), 0};
+
+    if (!(dy > 0.25 * high && dx > 0.1 * dy)) continue; /* steeper ones are cuts */
+    (void)MPMSurfaceLine(s, mid);
+    if (MPMSurfaceBelow(s, mid[1] + 1e-6 * high) % 2 || dy / dx < PetscTanReal(angle)) continue;
+    angle = PetscAtanReal(dy / dx);
+  }
+  odd->ratio = PetscTanReal(angle) / acts;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  MPMUnlikelyWrite(odd->meant, angle * 180 / PETSC_PI);
+  return MPMUnlikelyGiven("material", m->name, "_friction_angle", odd);
 }

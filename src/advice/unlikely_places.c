@@ -1,6 +1,8 @@
 /* unlikely_places.c - the rows of plausible.def of faces, rigid bodies and probes. */
 #include "advice/unlikely.h"
 
+#define PISTON 200 /* parts of the run in which the way of a piston is looked at */
+
 /* --- Faces and rigid bodies --------------------------------------------------------------------------------------- */
 
 /* Writes the fastest wave of a scene. */
@@ -49,20 +51,46 @@ static PetscBool IsAtRest(const MPMLook *look)
   return look->scene->forced || look->scene->known || look->core->stages.n > 1 ? PETSC_FALSE : PETSC_TRUE;
 }
 
+/* Returns how far a piston has come at most until the end, m, from where it starts; *last: at the end. */
+static PetscReal Advances(const MPMLook *look, PetscInt k, PetscReal *last)
+{
+  const MPMFace  *f     = &look->scene->walls.given[k / 2][k % 2];
+  const PetscReal every = (look->time->end - look->core->t) / PISTON, x[3] = {0};
+  PetscReal       way = 0, most = 0, v[9] = {0};
+
+  for (PetscInt n = 0; n < PISTON; n++) {
+    v[0] = f->velocity[k / 2];
+    if (look->scene->wall_velocity[k] && MPMExpressionEvaluate(look->scene->wall_velocity[k], look->core->grid.dim, x,
+                                                               x, look->core->t + every * (PetscReal)(n + 0.5), v))
+      return PETSC_MAX_REAL;
+    way += (k % 2 ? -every : every) * v[0];
+    most = PetscMax(most, way);
+  }
+  *last = way;
+  return most;
+}
+
+/* What touches matter at the start and goes away from it meets nothing either; at a side matter may follow it. */
 PetscBool MPMUnlikely_piston_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid  *grid = &look->core->grid;
   const PetscInt  d = k / 2, side = k % 2;
-  const PetscReal place = look->scene->walls.place[k];
-  const PetscReal gap   = side ? grid->upper[d] - place - look->highest[d] : look->lowest[d] - grid->lower[d] - place;
-  PetscReal       v;
+  const PetscReal place = look->scene->walls.place[k], out = look->core->params.gravity[d] * (side ? 1 : -1),
+                  gap = side ? grid->upper[d] - place - look->highest[d] : look->lowest[d] - grid->lower[d] - place;
+  PetscReal most, last = 0;
+  PetscBool solid = PETSC_FALSE;
 
-  if (look->scene->walls.given[d][side].type != MPM_WALL_piston || !IsAtRest(look) || look->core->rigids.n ||
-      !(gap > 0.1 * grid->h[d]) || look->core->params.gravity[d] * (side ? 1 : -1) > 0 ||
-      !MPMUnlikelyNumber("bc", MPMFaceNames[k], "_velocity", odd, &v))
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[b].material])) solid = PETSC_TRUE;
+  if (look->scene->walls.given[d][side].type != MPM_WALL_piston || !IsAtRest(look) || look->core->rigids.n || out > 0 ||
+      look->core->step || !MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd))
     return PETSC_FALSE;
-  odd->ratio = (side ? -v : v) * look->time->end / gap;
-  MPMUnlikelyWrite(odd->other, gap);
+  most = Advances(look, k, &last);
+  if (!(gap > 0.1 * grid->h[d]) &&
+      (most > 0 || !(last < -0.1 * grid->h[d]) || !(out < 0) || (look->scene->walls.given[d][side].pulls && solid)))
+    return PETSC_FALSE;
+  odd->ratio = most / PetscMax(gap, 0.01 * grid->h[d]);
+  MPMUnlikelyWrite(odd->other, gap - last);
   (void)snprintf(odd->meant, MPM_WORDS, "-bc_%s_distance", MPMFaceNames[k]);
   return PETSC_TRUE;
 }

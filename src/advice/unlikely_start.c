@@ -108,7 +108,7 @@ PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt  dim = look->core->grid.dim, down = look->down;
   PetscReal       x[3] = {0}, most = 0, weight = 0;
 
-  if (k || !IsStart(look) || !(look->g > 0) || MPMInitialGravity(scene) > 0 ||
+  if (k || !IsStart(look) || !(look->g > 0) || MPMUnlikelyGravity(look->core, scene) || MPMInitialGravity(scene) > 0 ||
       !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial || !strchr(odd->value, "xyz"[down]))
     return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {

@@ -89,7 +89,7 @@ PetscBool MPMUnlikely_end_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;
   odd->ratio = look->time->end;
-  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_end_late(const MPMLook *look, PetscInt k, MPMOdd *odd)

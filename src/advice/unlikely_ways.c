@@ -7,8 +7,8 @@
 
 #define PARTS  400 /* of the time of the run, in which the ways are looked at, the first ones the shortest */
 #define NEAR   1   /* cells: bodies share nodes from there on, */
-#define TOUCH  0.5 /* with contact; */
-#define AT     0.1 /* and walls that only push act on what arrives at them */
+#define TOUCH  0.5 /* with contact they rest on each other; */
+#define AT     0.1 /* contact, and walls that only push, act on what arrives at them */
 #define ALL    7   /* axes */
 #define PLACES 5   /* on each axis of a body, at which its velocity is looked at */
 
@@ -52,6 +52,18 @@ static void Mean(const MPMBody *b, PetscInt dim, const PetscReal lower[], const 
   if (spread > 3 * size) mean[0] = mean[1] = mean[2] = 0;
 }
 
+/* Returns how far what starts with v, m/s, comes in a time under an acceleration, m, where damping takes v/T of it. */
+static PetscReal Comes(PetscReal v, PetscReal a, PetscReal T, PetscReal time)
+{
+  return T > 0 ? a * T * time + (a * T - v) * T * expm1(-time / T) : (v + 0.5 * a * time) * time;
+}
+
+/* Returns the time in which damping takes the velocity of a body, s; 0: never. */
+static PetscReal Damped(const MPMLook *look, const MPMBody *b)
+{
+  return b->rigid ? 0 : look->core->damping.time;
+}
+
 /* Sets the ways of a body that nothing holds. */
 static void Go(const MPMLook *look, Thing *t)
 {
@@ -66,10 +78,9 @@ static void Go(const MPMLook *look, Thing *t)
         MPMExpressionEvaluate(t->body->velocity, dim, x, x, time - 0.5 * part, v))
       return;
     for (PetscInt d = 0; d < dim; d++)
-      t->way[k][d] = t->held >> d & 1
-                         ? 0
-                         : t->way[k - 1][d] + part * v[d] +
-                               (IsGiven(t) ? 0 : look->core->params.gravity[d] * part * (time - 0.5 * part));
+      t->way[k][d] = t->held >> d & 1 ? 0
+                     : IsGiven(t)     ? t->way[k - 1][d] + part * v[d]
+                                      : Comes(v[d], look->core->params.gravity[d], Damped(look, t->body), time);
   }
 }
 
@@ -87,12 +98,12 @@ static PetscReal Apart(const MPMGrid *grid, const Thing *a, const Thing *b, Pets
   return gap;
 }
 
-/* Returns how many cells apart bodies act on each other. */
-static PetscReal Reach(void)
+/* Returns how many cells apart bodies act on each other, where that is another number with contact. */
+static PetscReal Reach(PetscReal contact)
 {
   MPMOdd odd;
 
-  return MPMUnlikelyGiven("contact_mu", NULL, "", &odd) ? TOUCH : NEAR;
+  return MPMUnlikelyGiven("contact_mu", NULL, "", &odd) ? contact : NEAR;
 }
 
 /* Returns how many cells a body is from a face, or from the plane of its piston. */
@@ -126,7 +137,7 @@ static PetscBool IsNear(MPMWall type, PetscReal gap)
 static void Hold(const MPMLook *look, PetscInt n, Thing thing[])
 {
   const MPMGrid  *grid  = &look->core->grid;
-  const PetscReal reach = Reach();
+  const PetscReal reach = Reach(TOUCH);
   PetscBool       more  = PETSC_TRUE;
 
   for (PetscInt k = 0; k < n; k++) {
@@ -161,7 +172,7 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
 {
   const MPMGrid  *grid  = &look->core->grid;
   const Thing    *t     = &thing[k];
-  const PetscReal reach = Reach();
+  const PetscReal reach = Reach(AT);
   PetscReal       moved = 0;
 
   w->face = -1;
@@ -230,8 +241,9 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     if (!(look->g > 0)) thing[way[scene->loads[l].body].thing].held = ALL;
     driven = PETSC_TRUE;
   }
-  if (!flows && !scene->acceleration && !scene->known && !scene->initial && !look->core->implicit &&
-      !look->core->grid.total && !look->core->step && look->time->end > 0 && look->time->max_steps == PETSC_MAX_INT) {
+  if (!flows && !scene->acceleration && !scene->known && (!scene->initial || MPMInitialGravity(scene) > 0) &&
+      !look->core->implicit && !look->core->grid.total && !look->core->step && look->time->end > 0 &&
+      look->time->max_steps == PETSC_MAX_INT) {
     for (PetscInt k = 0; k < n; k++) Go(look, &thing[k]);
     Hold(look, n, thing);
     for (PetscInt k = 0; k < n; k++) {
@@ -263,13 +275,28 @@ PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, "the open face %s at t = %.3g s", MPMFaceNames[w->face], (double)w->t);
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) /* a clamp that it does not reach */
+    if (MPMUnlikelyWall(look, face) == MPM_WALL_fixed && face / 2 != w->face / 2)
+      (void)snprintf(odd->meant, MPM_WORDS,
+                     "the open face %.8s at t = %.3g s: it starts %.3g cells from the wall %.8s fixed",
+                     MPMFaceNames[w->face], (double)w->t, (double)MPMUnlikelyBeside(look, k, face), MPMFaceNames[face]);
   return Moves(look, &look->scene->bodies[k], odd);
+}
+
+/* Does damping hold back a fall from rest to less than half of its way? */
+static PetscBool IsSlowed(const MPMLook *look, const MPMBody *b)
+{
+  const PetscReal end = look->time->end, T = Damped(look, b);
+
+  return T > 0 && look->g > 0 && !(b->v2 > 0) && 2 * Comes(0, 1, T, end) < Comes(0, 1, 0, end) ? PETSC_TRUE
+                                                                                               : PETSC_FALSE;
 }
 
 /* What body k, among all, is alone on its way, though there is something that it may be meant to meet. */
 static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMWay *w = &look->way[k];
+  char          own[MPM_WORDS];
 
   if (!w->alone) return PETSC_FALSE;
   odd->ratio = w->moved;
@@ -279,6 +306,11 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (void)snprintf(odd->meant, MPM_WORDS, "no wall is on its way");
   if (w->nearest[0])
     (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
+  if (odd->meant[0] && IsSlowed(look, &look->scene->bodies[k])) {
+    (void)snprintf(own, sizeof own, ", and it falls at %.3g m/s at most", (double)(look->g * look->core->damping.time));
+    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s", own);
+    return MPMUnlikelyGiven("damping_time", NULL, "", odd);
+  }
   return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
 }
 
@@ -290,101 +322,6 @@ PetscBool MPMUnlikely_alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
 PetscBool MPMUnlikely_rigid_alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   return look->core->stages.n > 1 ? PETSC_FALSE : Alone(look, look->scene->nbodies + k, odd);
-}
-
-/* Returns the face whose wall alone clamps body k, or -1. */
-static PetscInt Clamp(const MPMLook *look, PetscInt k)
-{
-  const MPMGrid *grid  = &look->core->grid;
-  PetscInt       clamp = -1;
-
-  if (grid->dim == 1 || grid->round || look->scene->known || look->core->step || look->core->params.deletes ||
-      look->core->rigids.n || grid->total ||
-      !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
-    return -1;
-  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-    const MPMWall t = MPMUnlikelyWall(look, face);
-
-    if (t == MPM_WALL_free || MPMUnlikelyBeside(look, k, face) > 0.5) continue;
-    if (clamp >= 0 || !MPMWallHas(t, MPM_WALL_TANGENT)) return -1;
-    clamp = face;
-  }
-  return clamp;
-}
-
-/* How far a solid that one wall clamps bends under its weight, over the room that the grid has below it: the deflection
-   of the end of a cantilever, twice as far where nothing damps it, and at most its length, and the way of a fall. */
-PetscBool MPMUnlikely_bends_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid     *grid = &look->core->grid;
-  const MPMBody     *b    = &look->scene->bodies[k];
-  const MPMMaterial *m    = &look->scene->materials[b->material];
-  const PetscInt     down = look->down, up = look->core->params.gravity[down] > 0;
-  PetscReal          length, high, bend, room;
-  const PetscInt     clamp = Clamp(look, k);
-
-  if (!(look->g > 0) || look->scene->walls.given[down][up].type != MPM_WALL_free || clamp < 0 || clamp / 2 == down)
-    return PETSC_FALSE;
-  length = look->upper[k][clamp / 2] - look->lower[k][clamp / 2];
-  high   = look->upper[k][down] - look->lower[k][down];
-  bend   = 1.5 * m->rho * PetscAbsReal(look->core->params.gravity[down]) * PetscPowReal(length, 4) /
-         (MPMUnlikelyModulus(m, PETSC_TRUE) * high * high);
-  if (!MPMDampingIsOn(look->core) && !look->core->implicit) bend *= 2;
-  bend = PetscMin(bend, 0.8 * length);
-  if (!look->core->implicit) bend = PetscMin(bend, 0.5 * look->g * look->time->end * look->time->end);
-  room = PetscMax(up ? grid->upper[down] - look->upper[k][down] : look->lower[k][down] - grid->lower[down],
-                  1e-3 * high);
-  odd->ratio = bend / room;
-  (void)snprintf(odd->other, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[clamp]);
-  (void)snprintf(odd->meant, MPM_WORDS, "%s bends by about %.2g m, and the grid ends %.2g m below it", b->name,
-                 (double)bend, (double)room);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd);
-}
-
-PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid     *grid = &look->core->grid;
-  const MPMLoad     *load = &look->scene->loads[k];
-  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
-  const PetscInt     b = load->body, clamp = Clamp(look, b), end = clamp < 0 ? -1 : clamp ^ 1;
-  const MPMMaterial *m = &look->scene->materials[look->scene->bodies[b].material];
-  PetscReal force = MPMUnlikelySize(look, &f), length, size, bend, room, wide = 1, high = PETSC_MAX_REAL, toward,
-            value[9] = {0}, x[3] = {0};
-  PetscInt across = -1;
-
-  if (clamp < 0 || load->type == MPM_LOAD_TORQUE) return PETSC_FALSE;
-  length = look->upper[b][clamp / 2] - look->lower[b][clamp / 2];
-  for (PetscInt d = 0; d < grid->dim; d++) { /* it bends along the axis on which it is thinnest */
-    size = look->upper[b][d] - look->lower[b][d];
-    if (d == clamp / 2) continue;
-    if (size < high) high = size, across = d;
-    wide *= size;
-  }
-  wide /= high;
-  if (load->type == MPM_LOAD_FORCE)
-    force /= wide;
-  else if (load->sides == (PetscInt)1 << end && load->type == MPM_LOAD_TRACTION)
-    force *= high;
-  else if (load->type == MPM_LOAD_TRACTION || load->sides == (PetscInt)1 << 2 * across ||
-           load->sides == (PetscInt)1 << (2 * across + 1))
-    force *= 3. / 8 * length;
-  else
-    return PETSC_FALSE;
-  for (PetscInt d = 0; d < grid->dim; d++)
-    x[d] = end == 2 * d       ? look->lower[b][d]
-           : end == 2 * d + 1 ? look->upper[b][d]
-                              : 0.5 * (look->lower[b][d] + look->upper[b][d]);
-  if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
-  toward = load->type != MPM_LOAD_PRESSURE            ? value[across]
-           : load->sides == (PetscInt)1 << 2 * across ? value[0]
-                                                      : -value[0];
-  if (toward == 0) return PETSC_FALSE;
-  bend       = PetscMin(4 * force * PetscPowReal(length / high, 3) / MPMUnlikelyModulus(m, PETSC_TRUE), 0.8 * length);
-  room       = toward > 0 ? grid->upper[across] - look->upper[b][across] : look->lower[b][across] - grid->lower[across];
-  odd->ratio = bend / PetscMax(room, grid->h[across]);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-  MPMUnlikelyWrite(odd->meant, bend);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
 /* Finds an axis along which the only load acts and no wall that the only body touches holds it. */

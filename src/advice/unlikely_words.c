@@ -109,6 +109,7 @@ PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
 {
   PetscReal weight = 0;
 
+  if (MPMUnlikelyGravity(look->core, look->scene)) return 0;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     weight += look->scene->materials[k].rho * PetscAbsReal(look->core->params.gravity[d]) *
               MPMUnlikelyExtent(look, k, d);
@@ -118,4 +119,16 @@ PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
 PetscReal MPMUnlikelyEnd(const MPMLook *look)
 {
   return look->core->stages.n ? look->core->stages.end : look->time->end;
+}
+
+PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
+{
+  MPMLook look = {.core = core, .scene = scene};
+  MPMOdd  odd = {0}, mm = {0};
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) look.g += PetscSqr(core->params.gravity[d]);
+  look.g     = PetscSqrtReal(look.g);
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikely_gravity_small_units(&look, 0, &odd) || MPMUnlikely_gravity_mm(&look, 0, &mm) ? PETSC_TRUE
+                                                                                                  : PETSC_FALSE;
 }

@@ -126,6 +126,15 @@ void MPMMeasuresNumber(const MPMMeasures *m, const MPMScene *scene, MPMCore *cor
     if (m->probe[k].id >= core->particles.total)
       MPMOptionsFail(o, "-probe_%s_particle %" PetscInt64_FMT ": the particles of this scene are 0 to %" PetscInt64_FMT,
                      m->probe[k].name, m->probe[k].id, core->particles.total - 1);
+  for (PetscInt k = 0; k < m->nprobes; k++) {
+    const MPMProbe *p = &m->probe[k];
+
+    for (PetscInt d = 0; d < core->grid.dim && (p->stays || p->follows); d++)
+      if (!(p->x[d] >= core->grid.lower[d] && p->x[d] <= core->grid.upper[d]))
+        MPMOptionsFail(o, "-probe_%s_%s: %g lies outside of the grid, which is from %g to %g on axis %c", p->name,
+                       p->stays ? "at" : "follow", (double)p->x[d], (double)core->grid.lower[d],
+                       (double)core->grid.upper[d], "xyz"[d]);
+  }
 }
 
 PetscErrorCode MPMMeasuresCompute(MPMMeasures *m, MPMCore *core, const MPMScene *scene)

@@ -21,6 +21,7 @@ typedef struct {
   PetscInt64 fields; /* bits of rows of MPMDiagnostics */
   PetscInt   first;  /* its first column */
   PetscBool  told;   /* that its particle has left the grid */
+  PetscBool  seen;   /* has it ever shown a value? */
 } MPMProbe;
 
 typedef struct {
@@ -43,7 +44,7 @@ typedef struct {
 } MPMMeasures;
 
 /* Reads the options, makes the columns, and lets the step sum what they need; the second function does what needs the
-   numbers of the particles. The first fault is left in o. Not collective. */
+   numbers of the particles, or comes after what is wrong with bodies. The first fault is left in o. Not collective. */
 PetscErrorCode MPMMeasuresSetFromOptions(MPMMeasures *, const MPMScene *, MPMCore *, MPMOptions);
 void           MPMMeasuresNumber(const MPMMeasures *, const MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMMeasuresDestroy(MPMMeasures *);

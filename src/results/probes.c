@@ -88,11 +88,6 @@ static PetscErrorCode ReadProbe(MPMMeasures *m, MPMProbe *p, const MPMScene *sce
     MPMOptionsFail(o, "-probes %s needs one of -probe_%s_at, -probe_%s_follow and -probe_%s_particle", p->name, p->name,
                    p->name, p->name);
   p->id = given ? (PetscInt64)id : -1;
-  for (PetscInt d = 0; d < dim && !given && !MPMOptionsError(o); d++)
-    if (!(p->x[d] >= core->grid.lower[d] && p->x[d] <= core->grid.upper[d]))
-      MPMOptionsFail(o, "-probe_%s_%s: %g lies outside of the grid, which is from %g to %g on axis %c", p->name,
-                     p->stays ? "at" : "follow", (double)p->x[d], (double)core->grid.lower[d],
-                     (double)core->grid.upper[d], "xyz"[d]);
   if (!MPMOptionsError(o)) PetscCall(ReadFields(p, scene, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(name, sizeof name, "probe_%s", p->name);
@@ -273,6 +268,7 @@ PetscErrorCode MPMProbesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *s
     if (p->follows && m->ids[k] < 0) PetscCall(FindNearest(p, core, &m->ids[k]));
     p->id = m->ids[k];
     PetscCall(p->stays ? OfPlace(m, p, core, &shown) : OfParticle(m, p, core, &shown));
+    if (!PetscIsNanReal(m->value[p->first])) p->seen = PETSC_TRUE;
   }
   PetscCall(MPMShownEnd(&shown));
   PetscFunctionReturn(PETSC_SUCCESS);

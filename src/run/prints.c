@@ -80,7 +80,7 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
     PetscCall(MPMReportIndicator(core, scene));
   PetscCall(MPMWatchEnd(&mpm->watch, &core->print));
   if (MPMEnds(mpm) && !core->stop[0] && !mpm->checkpoint.from[0] && !mpm->monitor.off && core->stages.n < 2)
-    PetscCall(MPMReportMet(core));
+    PetscCall(MPMReportMet(core, &mpm->monitor.measures));
   PetscCall(MPMReportKnown(core, scene));
   PetscCall(MPMReportResults(core, scene, &mpm->output));
   PetscCall(MPMReportExchange(core));

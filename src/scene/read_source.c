@@ -107,9 +107,13 @@ void MPMSourceCheck(const MPMCore *core, MPMOptions o, const MPMBody *b, const P
     const PetscReal x = X[d] + moved * b->source.along[d], ahead = AHEAD * grid->h[d] * b->source.along[d];
 
     if (grid->periodic[d] || (PetscMin(x, x + ahead) >= grid->lower[d] && PetscMax(x, x + ahead) < grid->upper[d])) continue;
+    if (x >= grid->lower[d] && x < grid->upper[d])
+      MPMOptionsFail(o,
+                     "-body_%s_velocity moves a particle of %s, which enters at %c = %g, out of the grid, which is from %g to "
+                     "%g and has to reach two cells farther; turn it, or move -body_%s_shape",
+                     b->name, b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b->name);
     MPMOptionsFail(o,
-                   "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g, and has to reach two "
-                   "cells farther where it moves; see -body_%s_shape",
+                   "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g; see -body_%s_shape",
                    b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b->name);
   }
 }
