@@ -82,7 +82,7 @@ static PetscErrorCode NoteSteps(const MPMCore *core, const MPMTime *time, PetscR
         &core->print,
         "the run makes only %g step%s until -time_end %g s, in which waves cross few cells; check it, and the units "
         "of moduli and densities",
-        (double)steps, steps > 1 ? "s" : "", (double)time->end));
+        (double)steps, steps > 1 ? "s" : "", (double)(time->end - core->stages.began)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

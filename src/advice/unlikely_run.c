@@ -218,7 +218,7 @@ PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *
         const PetscReal angle  = strtod(number, &end);
 
         if (end == number || *end != ')' || (v > value && isalpha((unsigned char)v[-1])) ||
-            !(PetscAbsReal(angle) > 6.2831853))
+            !(PetscAbsReal(angle) > 6.2831853 || (angle != 0 && angle == PetscFloorReal(angle))))
           continue;
         odd->ratio = PetscAbsReal(angle);
         (void)snprintf(odd->option, MPM_WORDS, "%.*s", MPM_WORDS - 1, name);

@@ -30,6 +30,18 @@ static PetscErrorCode Keep(MPMSaid *said, const char label[], const char line[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MPMPrintEndOf(const MPMPrinter *printer, char line[], size_t length)
+{
+  static const char option[] = "-time_end";
+  const size_t      n        = strlen(option), by = printer->end ? strlen(printer->end) : 0;
+
+  for (char *at = strstr(line, option); at && by; at = strstr(at + by, option)) {
+    if (strlen(line) + by - n >= length) return;
+    memmove(at + by, at + n, strlen(at + n) + 1);
+    memcpy(at, printer->end, by);
+  }
+}
+
 PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char format[], ...)
 {
   PetscMPIInt rank;
@@ -43,6 +55,7 @@ PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char 
   va_start(args, format);
   (void)vsnprintf(line, sizeof line, format, args);
   va_end(args);
+  MPMPrintEndOf(printer, line, sizeof line);
   if (printer->said) PetscCall(Keep(printer->said, label, line, &print));
   if (!print) PetscFunctionReturn(PETSC_SUCCESS);
   (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);

@@ -221,6 +221,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
     if (core->implicit) PetscCall(MPMStaticCreate(core));
+    if (core->stop[0]) mpm->watch.refused = PETSC_TRUE; /* for an option of PETSc's solvers */
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));

@@ -67,6 +67,7 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
   if (core->print.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
   (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", core->step, (double)core->t,
                  core->stop); /* PETSc would write 3 as "3." */
+  MPMPrintEndOf(&core->print, line, sizeof line);
   if (core->stop[0])
     PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
   else

@@ -12,6 +12,7 @@ typedef struct {
   char      checkpoint[MPM_TEXT_LEN];  /* that it goes on from; "": what -restart_file says */
   PetscBool dry;                       /* -dry_run */
   MPMSaid   said;
+  char      end[2 * MPM_NAME_LEN]; /* the option that ends the stage */
 } Stages;
 
 /* Sets name to that of stage k = 1 .. n, and returns how long it lasts, s; all: of all stages. */
@@ -72,7 +73,10 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   for (PetscInt j = k; j <= s->n; j++) end += TimeOf(s, j, name, &all);
   PetscCall(MPMCreate(PETSC_COMM_WORLD, mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, o));
+  (void)TimeOf(s, k, name, &all);
+  (void)snprintf(s->end, sizeof s->end, "-stage_%s_time", name);
   (*mpm)->core.print.said   = &s->said;
+  (*mpm)->core.print.end    = s->end;
   (*mpm)->core.stages = (MPMStages){k, s->n, s->began, end};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -80,12 +84,14 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
 /* Prints the fault of a stage; the first one is without a name where the fault is of an option as it was given. */
 static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
 {
-  const char *error              = MPMOptionsError(o);
-  char        name[MPM_NAME_LEN] = "", option[MPM_TEXT_LEN], value[MPM_TEXT_LEN];
+  const MPMPrinter printer = {.end = s->end};
+  char        error[2 * MPM_TEXT_LEN], name[MPM_NAME_LEN] = "", option[MPM_TEXT_LEN], value[MPM_TEXT_LEN];
   PetscReal   all;
 
   PetscFunctionBeginUser;
   (void)TimeOf(s, k, name, &all);
+  (void)snprintf(error, sizeof error, "%s", MPMOptionsError(o));
+  if (!strstr(error, "-time_end does not apply")) MPMPrintEndOf(&printer, error, sizeof error);
   (void)snprintf(option, sizeof option, "-stage_%s_%.*s", name, (int)strcspn(error, " :"), error + 1);
   option[strcspn(option, " :")] = 0;
   if (error[0] == '-' && MPMOptionsFindIn(s->text, option, value)) k = 2; /* the stage gives it */

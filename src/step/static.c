@@ -9,6 +9,8 @@
 #define WORST    1e100 /* the residual of such a state, N */
 #define SAME     1e-9  /* the parts by which sums of the same numbers may differ */
 #define USUAL    5     /* iterations of Newton's method in a step */
+#define LOOSE    1e-3  /* of the forces: a state that has more out of balance is hardly a solution, */
+#define NONE     0.1   /* and with more of them out of balance it is none, whatever PETSc says */
 #define LONG     1     /* s: a run that takes as long is foretold by its first two iterations */
 
 /* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to
@@ -232,6 +234,7 @@ static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
   (void)snprintf(why, sizeof why, "%s",
                  linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC
                      ? "the tangent is indefinite; try -ksp_type gmres"
+                 : reason == SNES_DIVERGED_MAX_IT       ? "-snes_max_it allows no more"
                  : reason == SNES_DIVERGED_LINEAR_SOLVE ? KSPConvergedReasons[linear]
                                                         : SNESConvergedReasons[reason]);
   if (reason == SNES_CONVERGED_ITERATING)
@@ -423,6 +426,13 @@ PetscErrorCode MPMStaticStep(MPMCore *core)
   }
   PetscCall(Try(s, s->u));
   PetscCall(Forces(s, s->u, s->r, &all));
+  if (!s->bound[0]) s->residual = s->norm, s->scale = all; /* that of this state; with bounds PETSc's is without their forces */
+  if (s->residual > PetscMax(NONE * s->scale, s->least)) {
+    s->failed++;
+    PetscCall(Fail(s, reason));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (s->residual > PetscMax(LOOSE * s->scale, s->least)) s->loose = PetscMax(s->loose, s->residual / s->scale);
   PetscCall(MPMStaticPush(s, s->r));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, 0, PETSC_FALSE));
   PetscCall(AddGravity(s, MPMStaticShare(s, core->t + 0.5 * core->params.dt)));

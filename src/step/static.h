@@ -52,6 +52,7 @@ struct MPMStatic {
   PetscReal  norm;      /* of the residual of that state, N, the same bits on any number of processes */
   PetscReal  stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
   PetscReal  residual;  /* of the last solve, N */
+  PetscReal  loose;     /* the largest residual over the scale of a solve that left too much out of balance; 0: none did */
 
   const MPMScene *scene;
   const MPMTime  *time;

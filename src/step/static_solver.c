@@ -12,7 +12,7 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, con
 {
   struct MPMStatic *s;
   PetscBool         set;
-  char              time[MPM_NAME_LEN];
+  char              time[MPM_NAME_LEN], rtol[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -30,6 +30,11 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, con
   if (!strcmp(time, "euler")) s->beta = 1, s->gamma = 0;
   s->inertia = (PetscBool)(strcmp(time, "static") != 0);
   if (s->inertia || core->stages.now > 1) s->ramp = 0; /* gravity acts whole since the end of the first stage */
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-snes_rtol", rtol, sizeof rtol, &set));
+  if (set && !(strtod(rtol, NULL) > 0 && strtod(rtol, NULL) < 1))
+    MPMOptionsFail(o, "-snes_rtol %.40s must be a number between 0 and 1: the part of the forces that may be out of balance, "
+                      "1e-8 unless given",
+                   rtol);
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
   PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
@@ -87,6 +92,34 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Keeps the text of the first error of PETSc, in place of its stack of calls. */
+static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                           PetscErrorType type, const char *text, void *kept)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  if (type == PETSC_ERROR_INITIAL && text) (void)snprintf(kept, MPM_TEXT_LEN, "%.*s", (int)strcspn(text, "\n"), text);
+  return code;
+}
+
+/* Lets PETSc read the options of its solvers; what it cannot use ends the run before its first step. */
+static PetscErrorCode ReadOptions(struct MPMStatic *s)
+{
+  char           text[MPM_TEXT_LEN] = "it cannot be used";
+  PetscErrorCode code;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscPushErrorHandler(Keep, text));
+  code = SNESSetFromOptions(s->snes);
+  PetscCall(PetscPopErrorHandler());
+  if (code && !s->core->stop[0])
+    (void)snprintf(s->core->stop, sizeof s->core->stop,
+                   "an option of PETSc's solvers (-snes_*, -ksp_*, -pc_*) is wrong: %.500s; -help petsc lists them", text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes the solver, with the defaults that PETSc's own options change. */
 static PetscErrorCode CreateSolver(struct MPMStatic *s)
 {
@@ -120,7 +153,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
     PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG));
   PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
   PetscCall(KSPGMRESSetRestart(ksp, 100));
-  PetscCall(SNESSetFromOptions(s->snes));
+  PetscCall(ReadOptions(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,5 +322,10 @@ PetscErrorCode MPMStaticReport(const MPMCore *core)
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces%s\n",
                      s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton,
                      s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), took));
+  if (s->loose > 0)
+    PetscCall(MPMWarn(&core->print,
+                      "solves ended with up to %.2g of the forces out of balance, and what follows from them is hardly a "
+                      "solution; leave out -snes_rtol, which is 1e-8 then, and other options of PETSc's solvers",
+                      (double)s->loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
