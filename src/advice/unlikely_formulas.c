@@ -132,22 +132,25 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal        least;
   MPMOdd           spin;
 
-  const PetscInt   face = k - look->scene->nloads;
-  const PetscBool  wall = face >= 0 && face < 2 * look->core->grid.dim &&
-                                 MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) && look->scene->walls.place[face] == 0
-                              ? PETSC_TRUE
-                              : PETSC_FALSE; /* that of a constant velocity has no formula */
+  const PetscInt  face = k - look->scene->nloads;
+  const PetscBool wall = face >= 0 && face < 2 * look->core->grid.dim &&
+                                 MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
+                                 look->scene->walls.place[face] == 0
+                             ? PETSC_TRUE
+                             : PETSC_FALSE; /* that of a constant velocity has no formula */
 
   if ((!f.value && !wall) || face < 0 || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
   if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))
     return PETSC_FALSE;
   odd->ratio = f.value ? Most(look, &f, 0, look->time->end / TIMES, TIMES, &least) : 0;
-  for (PetscInt d = 0; d < 3 && !f.value; d++) odd->ratio += PetscAbsReal(look->scene->walls.given[face / 2][face % 2].velocity[d]);
+  for (PetscInt d = 0; d < 3 && !f.value; d++)
+    odd->ratio += PetscAbsReal(look->scene->walls.given[face / 2][face % 2].velocity[d]);
   (void)snprintf(odd->other, MPM_WORDS, "%s",
-                 !strcmp(f.group, "bc") ? (MPMUnlikelyWall(look, face) == MPM_WALL_piston ? "the wall does not move: write slip"
-                                                                                          : "the wall does not move: write fixed")
-                 : f.name               ? "the body does not move: write -body_<b>_rigid fixed"
-                                        : "leave it out");
+                 !strcmp(f.group, "bc")
+                     ? (MPMUnlikelyWall(look, face) == MPM_WALL_piston ? "the wall does not move: write slip"
+                                                                       : "the wall does not move: write fixed")
+                 : f.name ? "the body does not move: write -body_<b>_rigid fixed"
+                          : "leave it out");
   return odd->ratio == 0 ? MPMUnlikelyGiven(f.group, f.name, f.word, odd) : PETSC_FALSE;
 }
 
@@ -243,7 +246,8 @@ PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
   before     = Most(look, &f, 0, began / TIMES, TIMES, &was);
   early      = Most(look, &f, 0, (end - began) / TIMES, TIMES + 1, &first);
   odd->ratio = most >= 0 && least >= (1 - 1e-9) * most &&
-                       ((most > 0 && before >= 0 && was < 0.9 * most) || (early > 0 && (first < 0.9 * early || most == 0)))
+                       ((most > 0 && before >= 0 && was < 0.9 * most) ||
+                        (early > 0 && (first < 0.9 * early || most == 0)))
                    ? 1
                    : 0;
   MPMUnlikelyWrite(odd->other, began);

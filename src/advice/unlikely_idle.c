@@ -284,16 +284,19 @@ PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 /* -damping_kinetic, which stops all at each peak of the energy, beside a body force that swings. */
 PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscInt   dim = look->core->grid.dim;
-  const MPMFormula f   = MPMUnlikelyFormula(look, look->scene->nloads + 6);
+  const PetscInt   dim      = look->core->grid.dim;
+  const MPMFormula f        = MPMUnlikelyFormula(look, look->scene->nloads + 6);
   PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, x[3];
 
-  if (k || !look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6)) return PETSC_FALSE;
+  if (k || !look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
+    return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
   for (PetscInt j = 0; j < 200; j++) {
     PetscReal a[9] = {0};
 
-    if (MPMExpressionEvaluate(f.value, dim, x, x, look->core->stages.began + (look->time->end - look->core->stages.began) * (j + 0.5) / 200, a))
+    if (MPMExpressionEvaluate(f.value, dim, x, x,
+                              look->core->stages.began + (look->time->end - look->core->stages.began) * (j + 0.5) / 200,
+                              a))
       return PETSC_FALSE;
     for (PetscInt d = 0; d < dim; d++) {
       least[d] = PetscMin(least[d], a[d]);

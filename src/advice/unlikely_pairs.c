@@ -19,11 +19,11 @@ static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at
 {
   const MPMGrid   *grid = &look->core->grid;
   const MPMRegion *A = &look->scene->bodies[a].region, *B = &look->scene->bodies[b].region;
-  const PetscBool  shapes = !look->scene->bodies[a].points && !look->scene->bodies[b].points && MPMRegionHasDistance(A) &&
-                                   MPMRegionHasDistance(B)
+  const PetscBool  shapes = !look->scene->bodies[a].points && !look->scene->bodies[b].points &&
+                                   MPMRegionHasDistance(A) && MPMRegionHasDistance(B)
                                 ? PETSC_TRUE
                                 : PETSC_FALSE;
-  PetscReal least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
+  PetscReal        least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal far = TOUCH * grid->h[d];
@@ -82,12 +82,13 @@ PetscBool MPMUnlikely_glued(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscReal Way(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant)
 {
   const PetscReal part = (look->time->end - look->core->t) / TIMES, x[3] = {0};
-  PetscReal       way  = 0;
+  PetscReal       way = 0;
 
   for (PetscInt j = 0; j < TIMES; j++) {
     PetscReal v[9] = {0};
 
-    if (velocity && MPMExpressionEvaluate(velocity, look->core->grid.dim, x, x, look->core->t + part * (j + 0.5), v)) return 0;
+    if (velocity && MPMExpressionEvaluate(velocity, look->core->grid.dim, x, x, look->core->t + part * (j + 0.5), v))
+      return 0;
     way += part * (velocity ? v[c] : constant);
   }
   return way;
@@ -111,9 +112,10 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
     const PetscBool ahead = face == 2 * d + (sign > 0) ? PETSC_TRUE : PETSC_FALSE;
 
     if (ahead && MPMWallHas(type, MPM_WALL_NORMAL)) return PETSC_TRUE; /* it may come there */
-    if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) && MPMUnlikelyBeside(look, k, face) < NEAR) return PETSC_TRUE;
-    if (face / 2 == d && !ahead && MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) &&
-        MPMUnlikelyBeside(look, k, face) < NEAR)
+    if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) && MPMUnlikelyBeside(look, k, face) < NEAR)
+      return PETSC_TRUE;
+    if (face / 2 == d && !ahead && MPMWallHas(type, MPM_WALL_NORMAL) &&
+        !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) && MPMUnlikelyBeside(look, k, face) < NEAR)
       return PETSC_TRUE; /* such a wall does not let go */
   }
   for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
@@ -129,7 +131,8 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
       MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
     for (PetscInt e = 0; e < grid->dim; e++)
       if (e != d) gap = PetscMax(gap, Apart(look, e, own, box));
-    if (gap < NEAR && (sign > 0 ? box[1][d] > own[1][d] + 1e-9 * grid->h[d] : box[0][d] < own[0][d] - 1e-9 * grid->h[d]))
+    if (gap < NEAR &&
+        (sign > 0 ? box[1][d] > own[1][d] + 1e-9 * grid->h[d] : box[0][d] < own[0][d] - 1e-9 * grid->h[d]))
       return PETSC_TRUE; /* it is ahead, or beside */
   }
   return PETSC_FALSE;
@@ -141,7 +144,8 @@ static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt
   const MPMGrid  *grid = &look->core->grid;
   const PetscReal sign = way > 0 ? 1 : -1;
 
-  if (look->core->stages.n > 1 || look->core->step || look->scene->known || look->core->params.deletes) return PETSC_FALSE;
+  if (look->core->stages.n > 1 || look->core->step || look->scene->known || look->core->params.deletes)
+    return PETSC_FALSE;
   for (PetscInt k = 0; k < look->scene->nbodies; k++) {
     PetscReal own[2][3], gap = -1;
 
@@ -151,7 +155,8 @@ static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt
       gap       = PetscMax(gap, Apart(look, e, own, box));
     }
     if (look->scene->bodies[k].removed || look->scene->bodies[k].v2 > 0 || !(gap < NEAR)) continue;
-    if (sign * (0.5 * (own[0][d] + own[1][d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign)) continue;
+    if (sign * (0.5 * (own[0][d] + own[1][d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign))
+      continue;
     odd->ratio = PetscAbsReal(way) / grid->h[d];
     (void)snprintf(odd->other, MPM_WORDS, "%.60s", look->scene->bodies[k].name);
     (void)snprintf(odd->meant, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[2 * d + (sign > 0)]);
@@ -180,7 +185,8 @@ PetscBool MPMUnlikely_piston_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd
   const MPMGrid  *grid = &look->core->grid;
   const PetscInt  d = k / 2, side = k % 2;
   const MPMFace  *f     = &look->scene->walls.given[d][side];
-  const PetscReal plane = side ? grid->upper[d] - look->scene->walls.place[k] : grid->lower[d] + look->scene->walls.place[k];
+  const PetscReal plane = side ? grid->upper[d] - look->scene->walls.place[k]
+                               : grid->lower[d] + look->scene->walls.place[k];
   PetscReal       box[2][3], way;
 
   if (f->type != MPM_WALL_piston) return PETSC_FALSE;

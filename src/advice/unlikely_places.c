@@ -287,9 +287,9 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_probe_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  const char    *name = look->scene->probes[k];
-  const PetscReal *x  = NULL;
+  const MPMGrid   *grid = &look->core->grid;
+  const char      *name = look->scene->probes[k];
+  const PetscReal *x    = NULL;
 
   for (PetscInt j = 0; j < look->monitor->measures.nprobes; j++)
     if (look->monitor->measures.probe[j].follows && !strcmp(look->monitor->measures.probe[j].name, name))

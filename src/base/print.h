@@ -13,11 +13,11 @@ typedef struct {
 } MPMSaid;
 
 typedef struct {
-  MPI_Comm  comm;     /* the first of these processes prints */
-  PetscBool quiet;    /* nothing is printed: a run of a calibration */
-  PetscBool progress; /* a line of progress may be on the terminal; MPMSay takes its place */
-  MPMSaid  *said;     /* or NULL: it is not kept */
-  const char *end;    /* the option that ends a stage, in the place of -time_end; or NULL */
+  MPI_Comm    comm;     /* the first of these processes prints */
+  PetscBool   quiet;    /* nothing is printed: a run of a calibration */
+  PetscBool   progress; /* a line of progress may be on the terminal; MPMSay takes its place */
+  MPMSaid    *said;     /* or NULL: it is not kept */
+  const char *end;      /* the option that ends a stage, in the place of -time_end; or NULL */
 } MPMPrinter;
 
 /* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not

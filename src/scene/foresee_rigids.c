@@ -3,10 +3,10 @@
    All processes compute the same numbers. */
 #include "scene/scene.h"
 
-#define FORESEEN 200 /* parts of the time of a run in which their motion is looked at */
-#define FLAT     0.4 /* of its thickness: no solid that keeps its volume is meant to be pressed to less */
+#define FORESEEN 200  /* parts of the time of a run in which their motion is looked at */
+#define FLAT     0.4  /* of its thickness: no solid that keeps its volume is meant to be pressed to less */
 #define FLOWS    0.05 /* likewise of matter that flows away to the sides, or of foam */
-#define FOAM     0.2 /* Poisson's ratio below which a solid may be crushed */
+#define FOAM     0.2  /* Poisson's ratio below which a solid may be crushed */
 #define DEEP     0.5 /* cells: bodies that lie deeper in each other than at the start by this pass through each other */
 
 /* Returns how deep a point of the surface of a lies in b, m, or 0. */
@@ -51,9 +51,9 @@ static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMR
     if (Left(&body[i], grid)) left[i] = t;
     for (PetscInt j = 0; j < rigids->n && !(rigids->meet < PETSC_INFINITY); j++) {
       const PetscInt  at = i * rigids->n + j;
-      const PetscReal by = i == j || body[j].free || body[j].gone ? 0
-                                                  : PetscMax(Depth(&body[i], &body[j], grid->dim),
-                                                             Depth(&body[j], &body[i], grid->dim));
+      const PetscReal by = i == j || body[j].free || body[j].gone
+                               ? 0
+                               : PetscMax(Depth(&body[i], &body[j], grid->dim), Depth(&body[j], &body[i], grid->dim));
 
       if (t == 0) deep[at] = by;
       if (!(by > deep[at] + DEEP * h)) continue;
@@ -67,7 +67,8 @@ static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMR
 /* How much a rigid body leaves of the thickness of a body of matter between it and a wall. */
 typedef struct {
   PetscInt  body, face; /* body < 0: there is none */
-  PetscReal bears, left, t; /* parts of the thickness: what such matter bears, what is left; s: when it comes below that */
+  PetscReal bears, left,
+      t; /* parts of the thickness: what such matter bears, what is left; s: when it comes below that */
 } Press;
 
 /* Returns whether matter of body b lies between the boxes of a rigid one and the wall of a face, beside it on all other axes. */
@@ -76,7 +77,8 @@ static PetscBool Between(const MPMScene *scene, const MPMGrid *grid, const MPMBo
 {
   const PetscReal far = 1.5;
 
-  if (!MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_NORMAL) || b->removed || b->source.on) return PETSC_FALSE;
+  if (!MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_NORMAL) || b->removed || b->source.on)
+    return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal h = far * grid->h[d];
 
@@ -91,7 +93,8 @@ static PetscBool Between(const MPMScene *scene, const MPMGrid *grid, const MPMBo
 
 /* Returns how far the nearest point of the surface of a rigid body, above those places of a body on the other axes, is from the
    wall of a face, m. */
-static PetscReal Room(const MPMRigid *r, const MPMGrid *grid, const PetscReal lower[], const PetscReal upper[], PetscInt face)
+static PetscReal Room(const MPMRigid *r, const MPMGrid *grid, const PetscReal lower[], const PetscReal upper[],
+                      PetscInt face)
 {
   PetscReal room = PETSC_MAX_REAL, x[3];
 
@@ -114,9 +117,9 @@ static void LookAtWalls(const MPMScene *scene, const MPMGrid *grid, const MPMRig
 
   MPMRegionBounds(r->shape, grid->dim, rigid[0], rigid[1]);
   for (PetscInt k = 0; k < scene->nbodies; k++) {
-    const MPMBody     *b     = &scene->bodies[k];
-    const MPMMaterial *m     = &scene->materials[b->material];
-    const PetscReal    least = MPMMaterialKeepsShape(m) && !(m->type->traits & MPM_PLASTIC) && m->nu > FOAM ? FLAT : FLOWS;
+    const MPMBody     *b  = &scene->bodies[k];
+    const MPMMaterial *m  = &scene->materials[b->material];
+    const PetscReal least = MPMMaterialKeepsShape(m) && !(m->type->traits & MPM_PLASTIC) && m->nu > FOAM ? FLAT : FLOWS;
 
     if (b->points) continue;
     MPMRegionBounds(&b->region, grid->dim, lower, upper);
@@ -146,8 +149,8 @@ PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, Petsc
                          rigids->n, &left, rigids->n, &press));
   PetscCall(PetscArrayzero(numbers, rigids->n * MPM_RIGID_NUMBERS));
   for (PetscInt k = 0; k < rigids->n; k++) {
-    body[k] = rigids->body[k];
-    left[k] = PETSC_INFINITY;
+    body[k]  = rigids->body[k];
+    left[k]  = PETSC_INFINITY;
     press[k] = (Press){-1, 0, 0, 0, 0};
     MPMRigidUse(&body[k], numbers + k * MPM_RIGID_NUMBERS);
     for (PetscInt d = 0; d < 3; d++) body[k].turn[4 * d] = 1;
@@ -163,18 +166,24 @@ PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, Petsc
     }
   }
   if (rigids->meet < PETSC_INFINITY && core->t < rigids->meet)
-    PetscCall(MPMWarn(&core->print,
-                      "the rigid bodies %s and %s pass through each other from t=%.3g s on, which ends the run; choose an "
-                      "earlier -time_end, or another motion",
-                      body[rigids->meets[0]].name, body[rigids->meets[1]].name, (double)rigids->meet));
+    PetscCall(
+        MPMWarn(&core->print,
+                "the rigid bodies %s and %s pass through each other from t=%.3g s on, which ends the run; choose an "
+                "earlier -time_end, or another motion",
+                body[rigids->meets[0]].name, body[rigids->meets[1]].name, (double)rigids->meet));
   for (PetscInt k = 0; k < rigids->n; k++) {
     if (left[k] < PETSC_INFINITY)
-      PetscCall(MPMNote(&core->print, "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
-                        body[k].name, (double)left[k], body[k].name));
+      PetscCall(MPMNote(
+          &core->print,
+          "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
+          body[k].name, (double)left[k], body[k].name));
     if (press[k].body >= 0)
-      PetscCall(MPMNote(&core->print, "the rigid body %s presses %s against its wall %s to %.2g of its thickness until -time_end (to %g at t=%.3g s): check -body_%s_%s",
-                        body[k].name, scene->bodies[press[k].body].name, MPMFaceNames[press[k].face],
-                        (double)PetscMax(0, press[k].left), (double)press[k].bears, (double)press[k].t, body[k].name, body[k].angle[0] != 0 || body[k].angle[1] != 0 || body[k].angle[2] != 0 ? "spin" : "velocity"));
+      PetscCall(MPMNote(
+          &core->print,
+          "the rigid body %s presses %s against its wall %s to %.2g of its thickness until -time_end (to %g at t=%.3g s): check -body_%s_%s",
+          body[k].name, scene->bodies[press[k].body].name, MPMFaceNames[press[k].face],
+          (double)PetscMax(0, press[k].left), (double)press[k].bears, (double)press[k].t, body[k].name,
+          body[k].angle[0] != 0 || body[k].angle[1] != 0 || body[k].angle[2] != 0 ? "spin" : "velocity"));
     if (!body[k].free) PetscCall(PetscFree(body[k].point));
   }
   PetscCall(PetscFree5(body, numbers, deep, left, press));
