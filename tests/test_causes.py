@@ -103,6 +103,8 @@ told = run("tank", *slow)
 again = run("tank", *slow, "-material_m_K", "2e6")
 check.that(re.search(r"fluid, of m, is out of its range: particle \d+ of b at .* is compressed by 0\.\d+ of its volume \(up to 0.1 is right\); use a larger -material_m_K", "".join(warned(told))) and
            again.good and not warned(again), f"water whose K is too small, and with a larger one: {warned(told)}")
+told = run("tank", *slow, "-material_m_tait_gamma", "1.4")
+check.that(told.good and not warned(told), f"a gas is compressed by any part of its volume: {warned(told)}")
 metal = {"model": "johnsoncook", "rho": 8960, "G": 4.7e10, "c0": 3933, "hugoniot_slope": 1.489, "gruneisen": 1.99, "yield": 9e7, "specific_heat": 383, "melting": 300}
 scene("metal", 2, (0, 0.02, 0.001), metal, (0.005, 0), (0.01, 0.01), "-bc_ymin_type fixed", "-body_b_velocity 0,-200", "-time_end 2e-5")
 told = run("metal")

@@ -636,6 +636,13 @@ def check_wrong():
     gmres = run("gmres", push, "-gravity", "0,-20", "-dt_retry", 3, "-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_gmres_restart", 200, *QUIET)
     check.that(re.search(r"N are out of balance, most at \([\d.e+-]+, [\d.e+-]+\), of ", cg.said), f"the run tells where most is out of balance: {cg.err.strip()[-200:]}")
     check.that("the tangent is indefinite; try -ksp_type gmres" in cg.said and gmres.good, "cg fails where the tangent is indefinite, gmres does not")
+    few = run("few", [*BEAM, "-grid_h 0.5,0.5"], "-snes_max_it", 1, "-dt_retry", 0, *QUIET, status=3)
+    check.that("N are out of balance" in few.said and "(-snes_max_it allows no more)" in few.said, "too few iterations name their option")
+    loose = run("loose", [*BEAM, "-grid_h 0.5,0.5"], "-snes_rtol", 0.05, "-snes_type", "ksponly", "-dt_size", 0.1, *QUIET)
+    check.that(re.search(r"warning +solves ended with up to 0\.0\d+ of the forces out of balance, and what follows from them is hardly a solution; leave out -snes_rtol", loose.out),
+               "a solve that leaves more than a thousandth of the forces out of balance is warned of, whatever PETSc says")
+    none = run("none", [*BEAM, "-grid_h 0.5,0.5"], "-snes_type", "ksponly", "-ksp_type", "richardson", "-pc_type", "none", "-ksp_richardson_scale", 1e-12, "-ksp_norm_type", "none", "-ksp_max_it", 1, "-dt_retry", 0, *QUIET, status=3)
+    check.that(re.search(r"after 1 Newton iterations [1-9]\S* N are out of balance, .*\(CONVERGED_", none.said), f"a state with most forces out of balance is no equilibrium: {none.err.strip()[-200:]}")
     good = run("good", [*BEAM, "-grid_h 0.5,0.5"], "-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-10", "-snes_converged_reason", *QUIET)
     check.that("ksp gmres, pc jacobi" in good.out and "CONVERGED_FNORM_RELATIVE" in good.out, "PETSc's options choose the solvers")
     mg = run("mg", [*BEAM, "-grid_h 0.25,0.25"], "-ksp_type", "gmres", "-pc_type", "gamg", "-pc_gamg_threshold", "0.01", "-mg_levels_ksp_max_it", 3, "-ksp_view", "-ksp_converged_reason", "-snes_monitor", "-report_phases",

@@ -60,6 +60,8 @@ static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
     PetscCall(PetscMemzero(&odd, sizeof odd));
     if (!rows[r].look(look, k, &odd)) continue;
     if (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)) continue;
+    if (look->core->stages.n && !strcmp(odd.option, "-time_end"))
+      (void)MPMUnlikelyGiven("stage", look->scene->stages[look->core->stages.now - 1], "_time", &odd);
     Fill(rows[r].text, &odd, line);
     PetscCall(MPMNote(&look->core->print, "%s", line));
     if (of != OF_run) break;

@@ -83,7 +83,8 @@ PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (k || look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
   if (MPMUnlikelyModulus(m, PETSC_TRUE) < MPM_BOUND_soft) return PETSC_FALSE; /* which is told */
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
-  odd->ratio = look->time->end * PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho) / size;
+  odd->ratio = (look->time->end - look->core->stages.began) *
+               PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho) / size;
   (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }

@@ -170,14 +170,25 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal        least;
   MPMOdd           spin;
 
-  if (!f.value || k < look->scene->nloads || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
+  const PetscInt  face = k - look->scene->nloads;
+  const PetscBool wall = face >= 0 && face < 2 * look->core->grid.dim &&
+                                 MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
+                                 look->scene->walls.place[face] == 0
+                             ? PETSC_TRUE
+                             : PETSC_FALSE; /* that of a constant velocity has no formula */
+
+  if ((!f.value && !wall) || face < 0 || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
   if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))
     return PETSC_FALSE;
-  odd->ratio = Most(look, &f, 0, look->time->end / TIMES, TIMES, &least);
+  odd->ratio = f.value ? Most(look, &f, 0, look->time->end / TIMES, TIMES, &least) : 0;
+  for (PetscInt d = 0; d < 3 && !f.value; d++)
+    odd->ratio += PetscAbsReal(look->scene->walls.given[face / 2][face % 2].velocity[d]);
   (void)snprintf(odd->other, MPM_WORDS, "%s",
-                 !strcmp(f.group, "bc") ? "the wall does not move: write fixed"
-                 : f.name               ? "the body does not move: write -body_<b>_rigid fixed"
-                                        : "leave it out");
+                 !strcmp(f.group, "bc")
+                     ? (MPMUnlikelyWall(look, face) == MPM_WALL_piston ? "the wall does not move: write slip"
+                                                                       : "the wall does not move: write fixed")
+                 : f.name ? "the body does not move: write -body_<b>_rigid fixed"
+                          : "leave it out");
   return odd->ratio == 0 ? MPMUnlikelyGiven(f.group, f.name, f.word, odd) : PETSC_FALSE;
 }
 
@@ -256,12 +267,12 @@ PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-/* A formula of a later stage that only changed before it. */
+/* A formula of a later stage that does not change in it, but did before it, or would in as long a time from t = 0. */
 PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMFormula f     = Given(look, k, odd);
   const PetscReal  began = look->core->stages.began, end = look->time->end;
-  PetscReal        least, most, before, was;
+  PetscReal        least, most, before, was, early, first;
   char             stage[MPM_WORDS];
   MPMOdd           own;
 
@@ -271,7 +282,12 @@ PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!MPMUnlikelyGiven("stage", stage, "", &own)) return PETSC_FALSE;
   most       = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
   before     = Most(look, &f, 0, began / TIMES, TIMES, &was);
-  odd->ratio = most > 0 && least > (1 - 1e-9) * most && before >= 0 && was < 0.9 * most ? 1 : 0;
+  early      = Most(look, &f, 0, (end - began) / TIMES, TIMES + 1, &first);
+  odd->ratio = most >= 0 && least >= (1 - 1e-9) * most &&
+                       ((most > 0 && before >= 0 && was < 0.9 * most) ||
+                        (early > 0 && (first < 0.9 * early || most == 0)))
+                   ? 1
+                   : 0;
   MPMUnlikelyWrite(odd->other, began);
   (void)snprintf(odd->option, MPM_WORDS, "%s", own.option);
   return PETSC_TRUE;

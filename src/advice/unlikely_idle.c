@@ -253,3 +253,57 @@ PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   return PETSC_FALSE;
 }
+
+PetscBool MPMUnlikely_where_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMBody *b    = &look->scene->bodies[load->body];
+
+  odd->ratio = load->where && load->n == b->n ? 1 : 0;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  return MPMLoadIsOnVolume(load) ? MPMUnlikelyGiven("load", load->name, "_where", odd) : PETSC_FALSE;
+}
+
+/* A ball or disk that turns about its own centre, and does not grip. */
+PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
+
+  odd->ratio = 1;
+  for (PetscInt r = 0; r < look->core->rigids.n; r++) {
+    const MPMRigid *rigid = &look->core->rigids.body[r];
+
+    if (rigid->shape != &b->region || rigid->tied || rigid->mu > 0 || !MPMRigidIsRound(rigid)) continue;
+    for (PetscInt d = 0; d < look->core->grid.dim; d++)
+      if (PetscAbsReal(rigid->pivot[d] - b->region.center[d]) > 1e-9 * b->region.radius) return PETSC_FALSE;
+    return MPMUnlikelyGiven("body", b->name, "_spin", odd);
+  }
+  return PETSC_FALSE;
+}
+
+/* -damping_kinetic, which stops all at each peak of the energy, beside a body force that swings. */
+PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscInt   dim      = look->core->grid.dim;
+  const MPMFormula f        = MPMUnlikelyFormula(look, look->scene->nloads + 6);
+  PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, x[3];
+
+  if (k || !look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
+    return PETSC_FALSE;
+  for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
+  for (PetscInt j = 0; j < 200; j++) {
+    PetscReal a[9] = {0};
+
+    if (MPMExpressionEvaluate(f.value, dim, x, x,
+                              look->core->stages.began + (look->time->end - look->core->stages.began) * (j + 0.5) / 200,
+                              a))
+      return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) {
+      least[d] = PetscMin(least[d], a[d]);
+      most[d]  = PetscMax(most[d], a[d]);
+    }
+  }
+  for (PetscInt d = 0; d < dim; d++) odd->ratio = PetscMax(odd->ratio, PetscMin(most[d], -least[d]));
+  (void)snprintf(odd->other, MPM_WORDS, "-acceleration");
+  return MPMUnlikelyGiven("damping_kinetic", NULL, "", odd);
+}

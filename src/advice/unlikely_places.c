@@ -312,3 +312,24 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   return MPMUnlikelyGiven("probe", p->name, "_at", odd);
 }
+
+PetscBool MPMUnlikely_probe_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid   *grid = &look->core->grid;
+  const char      *name = look->scene->probes[k];
+  const PetscReal *x    = NULL;
+
+  for (PetscInt j = 0; j < look->monitor->measures.nprobes; j++)
+    if (look->monitor->measures.probe[j].follows && !strcmp(look->monitor->measures.probe[j].name, name))
+      x = look->monitor->measures.probe[j].x;
+  if (!x || look->core->step) return PETSC_FALSE;
+  odd->ratio = PETSC_MAX_REAL;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    PetscReal far = 0;
+
+    for (PetscInt d = 0; d < grid->dim; d++)
+      far = PetscMax(far, PetscMax(look->lower[b][d] - x[d], x[d] - look->upper[b][d]) / grid->h[d]);
+    odd->ratio = PetscMin(odd->ratio, far);
+  }
+  return MPMUnlikelyGiven("probe", name, "_follow", odd);
+}

@@ -202,7 +202,18 @@ PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd 
   return MPMUnlikely_gravity_twice(look, k, odd);
 }
 
-/* Finds a function of an angle of a plain number in the options, as in tan(20). */
+/* Returns the angle of a wave of which so many degrees may be meant within a time, as in 90*t/0.06), or 0; *end: after it. */
+static PetscReal InTime(const char number[], char **end)
+{
+  const PetscReal angle = strtod(number, end);
+
+  if (*end == number || strncmp(*end, "*t/", 3) || PetscAbsReal(angle) < 45 || angle / 45 != PetscFloorReal(angle / 45))
+    return 0;
+  number = *end + 3;
+  return strtod(number, end) > 0 && **end == ')' ? angle : 0;
+}
+
+/* Finds a function of an angle of a plain number in the options, as in tan(20), or of one of such a wave. */
 PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   static const char *const functions[] = {"sin(", "cos(", "tan("};
@@ -213,12 +224,13 @@ PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *
   for (const char *at = text; at && MPMOptionsNext(&at, name, value);)
     for (size_t f = 0; f < sizeof functions / sizeof functions[0]; f++)
       for (const char *v = value; (v = strstr(v, functions[f])); v++) {
-        char           *end;
-        const char     *number = v + strlen(functions[f]);
-        const PetscReal angle  = strtod(number, &end);
+        char       *end;
+        const char *number = v + strlen(functions[f]);
+        PetscReal   angle  = InTime(number, &end);
 
+        if (angle == 0) angle = strtod(number, &end);
         if (end == number || *end != ')' || (v > value && isalpha((unsigned char)v[-1])) ||
-            !(PetscAbsReal(angle) > 6.2831853))
+            !(PetscAbsReal(angle) > 6.2831853 || (angle != 0 && angle == PetscFloorReal(angle))))
           continue;
         odd->ratio = PetscAbsReal(angle);
         (void)snprintf(odd->option, MPM_WORDS, "%.*s", MPM_WORDS - 1, name);

@@ -48,14 +48,15 @@ static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WO
 
 PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal whole, longest;
+  const PetscReal left = look->time->end - PetscMax(look->core->t, look->core->stages.began);
+  PetscReal       whole, longest;
 
-  if (look->core->implicit || look->scene->known || k || look->core->stages.n) return PETSC_FALSE;
+  if (look->core->implicit || look->scene->known || k) return PETSC_FALSE;
   for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
     if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
   longest    = Longest(look, &whole, odd->other);
-  odd->ratio = (MPMUnlikelyEnd(look) - look->core->t) / whole;
-  MPMUnlikelyWrite(odd->meant, (MPMUnlikelyEnd(look) - look->core->t) / longest);
+  odd->ratio = left / whole;
+  MPMUnlikelyWrite(odd->meant, left / longest);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
@@ -185,9 +186,9 @@ PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
     PetscReal every;
 
-    if (!MPMUnlikelyNumber(options[j], NULL, "", odd, &every) || every <= look->time->end) continue;
-    odd->ratio = every / look->time->end;
-    MPMUnlikelyWrite(odd->other, look->time->end);
+    if (!MPMUnlikelyNumber(options[j], NULL, "", odd, &every) || every <= MPMUnlikelyEnd(look)) continue;
+    odd->ratio = every / MPMUnlikelyEnd(look);
+    MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
     return PETSC_TRUE;
   }
   return PETSC_FALSE;

@@ -22,12 +22,27 @@ static PetscErrorCode Keep(MPMSaid *said, const char label[], const char line[],
   const size_t length = strlen(line);
 
   PetscFunctionBeginUser;
-  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) && !(said->lines && strstr(said->lines, line))) ? PETSC_TRUE : PETSC_FALSE;
+  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) &&
+                            !(said->lines && strstr(said->lines, line)))
+               ? PETSC_TRUE
+               : PETSC_FALSE;
   if (!*print) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc(said->n + length + 2, &said->lines));
   (void)snprintf(said->lines + said->n, length + 2, "%s\n", line);
   said->n += length + 1;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void MPMPrintEndOf(const MPMPrinter *printer, char line[], size_t length)
+{
+  static const char option[] = "-time_end";
+  const size_t      n = strlen(option), by = printer->end ? strlen(printer->end) : 0;
+
+  for (char *at = strstr(line, option); at && by; at = strstr(at + by, option)) {
+    if (strlen(line) + by - n >= length) return;
+    memmove(at + by, at + n, strlen(at + n) + 1);
+    memcpy(at, printer->end, by);
+  }
 }
 
 PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char format[], ...)
@@ -43,10 +58,12 @@ PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char 
   va_start(args, format);
   (void)vsnprintf(line, sizeof line, format, args);
   va_end(args);
+  MPMPrintEndOf(printer, line, sizeof line);
   if (printer->said) PetscCall(Keep(printer->said, label, line, &print));
   if (!print) PetscFunctionReturn(PETSC_SUCCESS);
   (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);
-  (void)printf("%s%s%s\n", printer->said && printer->said->about ? printer->said->about : "", printer->said && printer->said->about ? ": " : "", line);
+  (void)printf("%s%s%s\n", printer->said && printer->said->about ? printer->said->about : "",
+               printer->said && printer->said->about ? ": " : "", line);
   (void)fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

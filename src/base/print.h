@@ -13,10 +13,11 @@ typedef struct {
 } MPMSaid;
 
 typedef struct {
-  MPI_Comm  comm;     /* the first of these processes prints */
-  PetscBool quiet;    /* nothing is printed: a run of a calibration */
-  PetscBool progress; /* a line of progress may be on the terminal; MPMSay takes its place */
-  MPMSaid  *said;     /* or NULL: it is not kept */
+  MPI_Comm    comm;     /* the first of these processes prints */
+  PetscBool   quiet;    /* nothing is printed: a run of a calibration */
+  PetscBool   progress; /* a line of progress may be on the terminal; MPMSay takes its place */
+  MPMSaid    *said;     /* or NULL: it is not kept */
+  const char *end;      /* the option that ends a stage, in the place of -time_end; or NULL */
 } MPMPrinter;
 
 /* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not
@@ -27,6 +28,9 @@ PetscErrorCode MPMPrint(const MPMPrinter *, const char format[], ...) PETSC_ATTR
 PetscErrorCode MPMSay(const MPMPrinter *, const char label[], const char format[], ...) PETSC_ATTRIBUTE_FORMAT(3, 4);
 #define MPMWarn(printer, ...) MPMSay(printer, "warning", __VA_ARGS__)
 #define MPMNote(printer, ...) MPMSay(printer, "note", __VA_ARGS__)
+
+/* Puts the option that ends the stage in the place of -time_end in a line [length]. Not collective. */
+void MPMPrintEndOf(const MPMPrinter *, char line[], size_t length);
 
 /* Writes a time in s with two digits and the unit that suits it, as in "34 minutes". Not collective. */
 void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN]);

@@ -4,15 +4,15 @@
 #include "physics/tangent.h"
 #include "step/static.h"
 
-#define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
-#define GRAIN      43   /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
+#define ITERATIONS 25 /* of Newton, before a step is made anew with half its length */
+#define GRAIN      43 /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
 {
   struct MPMStatic *s;
   PetscBool         set;
-  char              time[MPM_NAME_LEN];
+  char              time[MPM_NAME_LEN], rtol[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -30,6 +30,13 @@ PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, con
   if (!strcmp(time, "euler")) s->beta = 1, s->gamma = 0;
   s->inertia = (PetscBool)(strcmp(time, "static") != 0);
   if (s->inertia || core->stages.now > 1) s->ramp = 0; /* gravity acts whole since the end of the first stage */
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-snes_rtol", rtol, sizeof rtol, &set));
+  if (set && !(strtod(rtol, NULL) > 0 && strtod(rtol, NULL) < 1))
+    MPMOptionsFail(
+        o,
+        "-snes_rtol %.40s must be a number between 0 and 1: the part of the forces that may be out of balance, "
+        "1e-8 unless given",
+        rtol);
   PetscCall(MPMOptionsReal(o, "gravity_ramp", NULL, &s->ramp, &set));
   PetscCall(MPMOptionsReal(o, "method_stabilize_factor", NULL, &s->ghost, NULL));
   PetscCall(MPMOptionsReal(o, "dt_strain", NULL, &s->most, NULL));
@@ -87,6 +94,35 @@ PetscErrorCode MPMStaticDestroy(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Keeps the text of the first error of PETSc, in place of its stack of calls. */
+static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                           PetscErrorType type, const char *text, void *kept)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  if (type == PETSC_ERROR_INITIAL && text) (void)snprintf(kept, MPM_TEXT_LEN, "%.*s", (int)strcspn(text, "\n"), text);
+  return code;
+}
+
+/* Lets PETSc read the options of its solvers; what it cannot use ends the run before its first step. */
+static PetscErrorCode ReadOptions(struct MPMStatic *s)
+{
+  char           text[MPM_TEXT_LEN] = "it cannot be used";
+  PetscErrorCode code;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscPushErrorHandler(Keep, text));
+  code = SNESSetFromOptions(s->snes);
+  PetscCall(PetscPopErrorHandler());
+  if (code && !s->core->stop[0])
+    (void)snprintf(s->core->stop, sizeof s->core->stop,
+                   "an option of PETSc's solvers (-snes_*, -ksp_*, -pc_*) is wrong: %.500s; -help petsc lists them",
+                   text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes the solver, with the defaults that PETSc's own options change. */
 static PetscErrorCode CreateSolver(struct MPMStatic *s)
 {
@@ -99,7 +135,8 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  direct = core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
+  direct = core->grid.dim < 3 ? PETSC_TRUE
+                              : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
   PetscCall(SNESSetType(s->snes, s->bound[0] ? SNESVINEWTONRSLS : SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
@@ -120,7 +157,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
     PetscCall(PCSetType(pc, direct && size == 1 ? PCLU : direct ? PCREDUNDANT : s->inertia ? PCJACOBI : PCGAMG));
   PetscCall(KSPSetTolerances(ksp, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, s->inertia ? 5000 : 500));
   PetscCall(KSPGMRESSetRestart(ksp, 100));
-  PetscCall(SNESSetFromOptions(s->snes));
+  PetscCall(ReadOptions(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,7 +169,8 @@ static PetscErrorCode Build(struct MPMStatic *s)
   int            exponent;
 
   PetscFunctionBeginUser;
-  s->nominal = s->stiff / PetscSqr(MPMGridSmallestH(&core->grid)) * (core->grid.round ? 2 * PETSC_PI * core->grid.upper[0] : 1);
+  s->nominal = s->stiff / PetscSqr(MPMGridSmallestH(&core->grid)) *
+               (core->grid.round ? 2 * PETSC_PI * core->grid.upper[0] : 1);
   for (PetscInt d = 0; d < core->grid.dim; d++) s->nominal *= core->grid.h[d];
   (void)frexp(s->nominal, &exponent);
   s->grain = s->ghost > 0 ? ldexp(1, exponent - GRAIN) : 0; /* without springs there may be smaller entries */
@@ -160,7 +198,8 @@ PetscErrorCode MPMStaticRenew(struct MPMStatic *s)
   s->stale = PETSC_FALSE;
   PetscCall(MPMTimersBegin(&core->timers, s->solve));
   PetscCall(Clear(s));
-  PetscCall(PetscArrayzero(core->exchange.patch.state, MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim)));
+  PetscCall(
+      PetscArrayzero(core->exchange.patch.state, MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim)));
   PetscCall(Build(s));
   PetscCall(MPMTimersEnd(&core->timers, s->solve));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,9 +230,9 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
 
 PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
 {
-  PetscInt                 n;
-  char                   **names, **values;
-  struct MPMStatic        *s = core->implicit;
+  PetscInt          n;
+  char            **names, **values;
+  struct MPMStatic *s = core->implicit;
 
   PetscFunctionBeginUser;
   if (!s || !s->solves || s->checked) PetscFunctionReturn(PETSC_SUCCESS);
@@ -201,10 +240,11 @@ PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++)
     if (!core->stop[0] && MPMOptionsIsOfSolver(names[k]))
-      (void)snprintf(core->stop, sizeof core->stop,
-                     "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
-                     "-snes_view says which solvers these are",
-                     names[k]);
+      (void)snprintf(
+          core->stop, sizeof core->stop,
+          "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
+          "-snes_view says which solvers these are",
+          names[k]);
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -260,7 +300,8 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   if (whole) PetscCall(PCShellGetName(pc, &with));
   PetscCall(IsExact(s, &exact));
   PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, "
+                     "solver     %" PetscInt_FMT
+                     " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, "
                      "ksp %s, pc %s; the same bits %s\n",
                      n, (double)(bytes / 1e6), (double)(solver / 1e6), type, how, linear, with,
                      exact && s->searches ? "on any number of processes, but where a step needs a line search"
@@ -268,7 +309,8 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
                                           : "each time on as many processes"));
   for (PetscInt k = 0; k < core->params.nmaterials; k++)
     if (!MPMTangentIsOwn(&core->params.materials[k]))
-      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n",
+      PetscCall(MPMPrint(&core->print,
+                         "tangent    of %s by differences of its stress: its law has no tangent of its own\n",
                          core->params.materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -289,5 +331,11 @@ PetscErrorCode MPMStaticReport(const MPMCore *core)
                      " Newton and %" PetscInt_FMT " linear iterations; last residual %.2g of the forces%s\n",
                      s->M ? "implicit" : "static", s->solves, s->failed, s->M ? "solution" : "equilibrium", s->newton,
                      s->krylov, (double)(s->scale > 0 ? s->residual / s->scale : 0), took));
+  if (s->loose > 0)
+    PetscCall(
+        MPMWarn(&core->print,
+                "solves ended with up to %.2g of the forces out of balance, and what follows from them is hardly a "
+                "solution; leave out -snes_rtol, which is 1e-8 then, and other options of PETSc's solvers",
+                (double)s->loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

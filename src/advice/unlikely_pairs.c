@@ -1,0 +1,200 @@
+/* unlikely_pairs.c - the rows of plausible.def of two bodies that touch at the start, and of a rigid body or a piston beside
+   what it pushes. */
+#include "advice/unlikely.h"
+
+#define PLACES 24  /* on each axis, at which two bodies may touch */
+#define TOUCH  0.1 /* cells: bodies whose boxes are nearer than that touch, */
+#define NEAR   1   /* and what is nearer than that shares nodes */
+#define TIMES  64  /* at which the velocity of what pushes is looked at */
+
+/* Returns how far two boxes are apart along axis d, cells; below 0: they overlap. */
+static PetscReal Apart(const MPMLook *look, PetscInt d, const PetscReal a[2][3], const PetscReal b[2][3])
+{
+  return PetscMax(a[0][d] - b[1][d], b[0][d] - a[1][d]) / look->core->grid.h[d];
+}
+
+/* Finds the place, among those where the boxes of bodies a and b are nearest, that is nearest to both shapes; returns whether
+   they touch there. */
+static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at[3])
+{
+  const MPMGrid   *grid = &look->core->grid;
+  const MPMRegion *A = &look->scene->bodies[a].region, *B = &look->scene->bodies[b].region;
+  const PetscBool  shapes = !look->scene->bodies[a].points && !look->scene->bodies[b].points &&
+                                   MPMRegionHasDistance(A) && MPMRegionHasDistance(B)
+                                ? PETSC_TRUE
+                                : PETSC_FALSE;
+  PetscReal        least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal far = TOUCH * grid->h[d];
+
+    lower[d] = PetscMax(look->lower[a][d], look->lower[b][d]) - far;
+    upper[d] = PetscMin(look->upper[a][d], look->upper[b][d]) + far;
+    if (lower[d] > upper[d]) return PETSC_FALSE;
+    at[d] = 0.5 * (lower[d] + upper[d]);
+  }
+  if (!shapes) return PETSC_TRUE;
+  for (PetscInt j = 0; MPMUnlikelyPlace(grid->dim, lower, upper, PLACES, j, x); j++) {
+    const PetscReal far = PetscMax(PetscAbsReal(MPMRegionDistance(A, grid->dim, x, n)),
+                                   PetscAbsReal(MPMRegionDistance(B, grid->dim, x, n)));
+
+    if (far >= least) continue;
+    least = far;
+    for (PetscInt d = 0; d < grid->dim; d++) at[d] = x[d];
+  }
+  return least < 2 * TOUCH * MPMGridSmallestH(grid) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Body k and a later one that it touches, whose velocities differ there by a part of them, though both are of one piece. */
+PetscBool MPMUnlikely_glued(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim   = look->core->grid.dim;
+  PetscInt        mover;
+
+  if (look->core->contacts || look->core->grid.total || look->core->step || scene->known) return PETSC_FALSE;
+  for (PetscInt other = k + 1; other < scene->nbodies; other++) {
+    const MPMBody *body[2] = {&scene->bodies[k], &scene->bodies[other]};
+    PetscReal      v[2][9] = {{0}, {0}}, at[3] = {0}, differ = 0, size[2] = {0, 0};
+    PetscBool      fluid = PETSC_FALSE, good = PETSC_TRUE;
+
+    for (int j = 0; j < 2; j++)
+      if (scene->materials[body[j]->material].type->traits & MPM_FLUID || body[j]->removed || body[j]->source.on)
+        fluid = PETSC_TRUE;
+    if (fluid || !(body[0]->v2 + body[1]->v2 > 0) || !Touch(look, k, other, at)) continue;
+    for (int j = 0; j < 2; j++)
+      if (body[j]->velocity && MPMExpressionEvaluate(body[j]->velocity, dim, at, at, 0, v[j])) good = PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) {
+      differ += PetscSqr(v[0][d] - v[1][d]);
+      for (int j = 0; j < 2; j++) size[j] += v[j][d] * v[j][d];
+    }
+    if (!good || !(PetscSqrtReal(differ) > 0.05 * PetscSqrtReal(PetscMax(body[0]->v2, body[1]->v2)))) continue;
+    mover      = size[1] > size[0];
+    odd->ratio = 1;
+    (void)snprintf(odd->other, MPM_WORDS, "%.60s", body[mover]->name);
+    (void)snprintf(odd->meant, MPM_WORDS, "%.60s", body[!mover]->name);
+    return MPMUnlikelyGiven("body", body[mover]->name, "_velocity", odd);
+  }
+  return PETSC_FALSE;
+}
+
+/* Returns the way until the end of a rigid body that moves by formulas, or of a piston, along axis d, m. */
+static PetscReal Way(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant)
+{
+  const PetscReal part = (look->time->end - look->core->t) / TIMES, x[3] = {0};
+  PetscReal       way = 0;
+
+  for (PetscInt j = 0; j < TIMES; j++) {
+    PetscReal v[9] = {0};
+
+    if (velocity && MPMExpressionEvaluate(velocity, look->core->grid.dim, x, x, look->core->t + part * (j + 0.5), v))
+      return 0;
+    way += part * (velocity ? v[c] : constant);
+  }
+  return way;
+}
+
+/* Returns whether something holds body k at the start against a push along axis d, to the side of sign: a wall, another body, or
+   weight. */
+static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal sign)
+{
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+  PetscReal       own[2][3];
+
+  for (PetscInt e = 0; e < grid->dim; e++) {
+    own[0][e] = look->lower[k][e];
+    own[1][e] = look->upper[k][e];
+  }
+  if (look->g > 0 || scene->nloads || scene->acceleration || grid->periodic[d]) return PETSC_TRUE;
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const MPMWall   type  = MPMUnlikelyWall(look, face);
+    const PetscBool ahead = face == 2 * d + (sign > 0) ? PETSC_TRUE : PETSC_FALSE;
+
+    if (ahead && MPMWallHas(type, MPM_WALL_NORMAL)) return PETSC_TRUE; /* it may come there */
+    if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) && MPMUnlikelyBeside(look, k, face) < NEAR)
+      return PETSC_TRUE;
+    if (face / 2 == d && !ahead && MPMWallHas(type, MPM_WALL_NORMAL) &&
+        !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) && MPMUnlikelyBeside(look, k, face) < NEAR)
+      return PETSC_TRUE; /* such a wall does not let go */
+  }
+  for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
+    PetscReal box[2][3], gap = -1;
+
+    if (b == k || (b >= scene->nbodies && scene->bodies[b].rigid == MPM_RIGID_NONE)) continue;
+    if (b < scene->nbodies)
+      for (PetscInt e = 0; e < grid->dim; e++) {
+        box[0][e] = look->lower[b][e];
+        box[1][e] = look->upper[b][e];
+      }
+    else
+      MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
+    for (PetscInt e = 0; e < grid->dim; e++)
+      if (e != d) gap = PetscMax(gap, Apart(look, e, own, box));
+    if (gap < NEAR &&
+        (sign > 0 ? box[1][d] > own[1][d] + 1e-9 * grid->h[d] : box[0][d] < own[0][d] - 1e-9 * grid->h[d]))
+      return PETSC_TRUE; /* it is ahead, or beside */
+  }
+  return PETSC_FALSE;
+}
+
+/* Finds a body that what has such a box touches and pushes along d by its way, with nothing that holds it. */
+static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt d, PetscReal way, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscReal sign = way > 0 ? 1 : -1;
+
+  if (look->core->stages.n > 1 || look->core->step || look->scene->known || look->core->params.deletes)
+    return PETSC_FALSE;
+  for (PetscInt k = 0; k < look->scene->nbodies; k++) {
+    PetscReal own[2][3], gap = -1;
+
+    for (PetscInt e = 0; e < grid->dim; e++) {
+      own[0][e] = look->lower[k][e];
+      own[1][e] = look->upper[k][e];
+      gap       = PetscMax(gap, Apart(look, e, own, box));
+    }
+    if (look->scene->bodies[k].removed || look->scene->bodies[k].v2 > 0 || !(gap < NEAR)) continue;
+    if (sign * (0.5 * (own[0][d] + own[1][d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign))
+      continue;
+    odd->ratio = PetscAbsReal(way) / grid->h[d];
+    (void)snprintf(odd->other, MPM_WORDS, "%.60s", look->scene->bodies[k].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[2 * d + (sign > 0)]);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_pushes_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
+  PetscReal      box[2][3];
+
+  if (b->rigid != MPM_RIGID_MOVING || !b->velocity || b->tied) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, look->core->grid.dim, box[0], box[1]);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    const PetscReal way = Way(look, b->velocity, d, 0);
+
+    if (way != 0 && Pushes(look, box, d, way, odd)) return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_piston_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d = k / 2, side = k % 2;
+  const MPMFace  *f     = &look->scene->walls.given[d][side];
+  const PetscReal plane = side ? grid->upper[d] - look->scene->walls.place[k]
+                               : grid->lower[d] + look->scene->walls.place[k];
+  PetscReal       box[2][3], way;
+
+  if (f->type != MPM_WALL_piston) return PETSC_FALSE;
+  for (PetscInt e = 0; e < grid->dim; e++) {
+    box[0][e] = e == d ? (side ? plane : grid->lower[e] - 1e3 * grid->h[e]) : grid->lower[e];
+    box[1][e] = e == d ? (side ? grid->upper[e] + 1e3 * grid->h[e] : plane) : grid->upper[e];
+  }
+  way = Way(look, look->scene->wall_velocity[k], 0, f->velocity[d]);
+  if (!((side ? -way : way) > 0) || !Pushes(look, box, d, way, odd)) return PETSC_FALSE;
+  return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
+}
