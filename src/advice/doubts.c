@@ -270,8 +270,7 @@ static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const MPMTi
 }
 
 /* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which it does not. */
-static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method,
-                               const MPMTime *time)
+static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method, const MPMTime *time)
 {
   const char *name = NULL;
   PetscReal   nu   = 0;

@@ -59,7 +59,7 @@ PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *s
   PetscFunctionBeginUser;
   w->may_cut  = w->may_cut && MayCut(scene) ? PETSC_TRUE : PETSC_FALSE;
   w->may_part = w->may_part || w->may_cut ? PETSC_TRUE : PETSC_FALSE;
-  w->ranges = MPMRangesOf(scene);
+  w->ranges   = MPMRangesOf(scene);
   for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
   if (!may || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(scene->nbodies, &w->neighbours));
@@ -308,7 +308,8 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
 {
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
   const MPMShown        shown   = MPMMonitorShown(mon, core, scene);
-  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE : PETSC_FALSE; /* looked at in any case */
+  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE
+                                                                             : PETSC_FALSE; /* looked at in any case */
   const PetscInt        near    = w->near;
 
   PetscFunctionBeginUser;

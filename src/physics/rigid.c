@@ -115,8 +115,8 @@ void MPMRigidPoint(const MPMRigid *r, PetscInt k, PetscReal x[])
    took them away; points of the surface know these well enough. */
 PetscInt MPMRigidLowest(const MPMRigid *r, PetscInt dim, const PetscReal down[], PetscReal x[2][3])
 {
-  const MPMRegion *shape  = r->shape;
-  const PetscBool  rod  = shape->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
+  const MPMRegion *shape = r->shape;
+  const PetscBool  rod   = shape->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
   PetscReal        center[3], end[3] = {0}, out[3], n[3], along = 0, size = 0;
 
   if (!rod && shape->type != MPM_REGION_sphere && shape->type != MPM_REGION_annulus) return 0;
