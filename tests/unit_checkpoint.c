@@ -92,14 +92,14 @@ static PetscErrorCode Make(MPMCore *core, MPMScene *scene, PetscInt64 id[], Pets
 /* Writes particles and things, spoils them, reads them again, and compares. */
 static PetscErrorCode RoundTrip(const char path[], PetscBool all)
 {
-  MPMCore    core;
-  MPMScene   scene;
+  MPMCore      core;
+  MPMScene     scene;
   MPMVariables kept;
-  Things     was, is;
-  PetscInt64 id[N];
+  Things       was, is;
+  PetscInt64   id[N];
   PetscInt     n = UnitInt(MOST);
-  PetscReal  bytes;
-  char       fault[MPM_TEXT_LEN], names[MPM_TEXT_LEN];
+  PetscReal    bytes;
+  char         fault[MPM_TEXT_LEN], names[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(Make(&core, &scene, id, all));

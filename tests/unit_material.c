@@ -1039,7 +1039,8 @@ static PetscReal ShockPressure(const MPMMaterial *m, PetscReal J, PetscReal thet
 /* The yield stress by libm. */
 static PetscReal Yield(const MPMMaterial *m, PetscReal ep, PetscReal rate, PetscReal T)
 {
-  const PetscReal hot = m->melting < 0 ? 0 : PetscMin(1, PetscMax(0, (T - m->temperature) / (m->melting - m->temperature)));
+  const PetscReal hot = m->melting < 0 ? 0
+                                       : PetscMin(1, PetscMax(0, (T - m->temperature) / (m->melting - m->temperature)));
 
   return (m->yield + m->hardening * pow(ep, m->power)) * (1 + m->rate * log(PetscMax(1, rate / m->rate0))) *
          (1 - pow(hot, m->softening));
@@ -1084,10 +1085,10 @@ static PetscInt HotPath(const MPMMaterial *m, int dim)
     CHECK_NEAR((s.theta - old.theta) * heat * grows / scale, m->share * q * x / scale, 1e-15);
     if (x > 0) CHECK_NEAR(q / scale, Y / scale, 1e-13);
     if (x > 0) flowed++;
-    trial = s; /* as the step would have left it without flow */
+    trial       = s; /* as the step would have left it without flow */
     trial.theta = old.theta;
     work        = q + 1.5 * m->mu * x; /* its mean stress */
-    if (x > 0) { /* lengthen the deviator to what it was */
+    if (x > 0) {                       /* lengthen the deviator to what it was */
       PetscReal b[3], n[3][3], mean;
 
       MPMEigen(3, s.be, b, n);

@@ -10,7 +10,7 @@
 static int PagesThere(const char *memory, size_t bytes)
 {
   const uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE), first = ((uintptr_t)memory + page - 1) / page * page;
-  const size_t    n    = ((uintptr_t)memory + bytes - first) / page;
+  const size_t    n = ((uintptr_t)memory + bytes - first) / page;
   unsigned char   there[64];
   int             sum = 0;
 

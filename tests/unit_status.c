@@ -9,14 +9,14 @@ static MPMStatus Random(PetscInt64 id)
   MPMStatus s;
 
   MPMStatusReset(&s);
-  s.v2          = UnitReal(0, 10);
-  s.c2          = UnitInt(4) ? UnitReal(0, 10) : 3; /* equal ones too */
-  s.moved       = UnitInt(1000);
-  s.left        = UnitInt(1000);
-  s.n           = UnitInt(1000);
-  s.ids         = (PetscInt64)UnitBits(); /* a sum, modulo 2^64 */
-  s.hops        = UnitInt(10);
-  s.most        = UnitInt(1000);
+  s.v2    = UnitReal(0, 10);
+  s.c2    = UnitInt(4) ? UnitReal(0, 10) : 3; /* equal ones too */
+  s.moved = UnitInt(1000);
+  s.left  = UnitInt(1000);
+  s.n     = UnitInt(1000);
+  s.ids   = (PetscInt64)UnitBits(); /* a sum, modulo 2^64 */
+  s.hops  = UnitInt(10);
+  s.most  = UnitInt(1000);
   s.asked = UnitInt(5) == 0;
   if (UnitInt(2)) {
     s.bad = (MPMBad)(1 + UnitInt(MPM_NUM_BAD - 1));

@@ -62,7 +62,13 @@ static void Open(const MPMMaterial *m, int form)
   if (form == 3 && m->state & MPM_BIT(F)) c->materials[0].state |= MPM_BIT(F33);
   c->kinds[0] = (MPMKind){.material = 0};
   c->kinds[1] = (MPMKind){.material = 1};
-  c->t        = (MPMTangent){.dim = c->dim, .round = c->materials[0].round, .width = MPMKernelWidth(), .dt = 1, .kinds = c->kinds, .materials = c->materials, .particles = &c->view};
+  c->t        = (MPMTangent){.dim       = c->dim,
+                             .round     = c->materials[0].round,
+                             .width     = MPMKernelWidth(),
+                             .dt        = 1,
+                             .kinds     = c->kinds,
+                             .materials = c->materials,
+                             .particles = &c->view};
   c->view     = (MPMView){.n = MOST, .kind = c->kind};
 #define VIEW(name, rows) c->view.name = c->name;
   MPM_MATERIAL_FIELDS(VIEW)
@@ -129,8 +135,8 @@ static PetscReal Differs(const PetscReal H[], const PetscReal A[], PetscReal h)
 static PetscReal Agrees(const PetscReal H[], PetscReal longest, PetscReal tolerance)
 {
   static const PetscReal steps[] = {3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7};
-  const int              nc = cloud->nc;
-  const MPMMaterial     *m  = cloud->materials;
+  const int              nc      = cloud->nc;
+  const MPMMaterial     *m       = cloud->materials;
   PetscReal              T[10], A[100], big = 1e-6 * Modulus(), best = PETSC_MAX_REAL, skew = 0;
   PetscInt               row = 0;
 
@@ -171,7 +177,8 @@ static PetscReal Random(void)
   for (int round = 0; round < 60; round++) {
     const PetscReal size = round % 2 ? 0.02 : IsPlastic() ? 0.1 : 0.25;
 
-    UnitContext("%s %s, random state %d", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, cloud->dim)], round);
+    UnitContext("%s %s, random state %d", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, cloud->dim)],
+                round);
     Rest(1);
     Wander(round % 4, size);
     RandomH(size, H);
@@ -196,7 +203,8 @@ static void Equal(PetscReal more)
   Agrees(H, 1, smooth);
   for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++)
     for (int turned = 0; turned < 2; turned++) {
-      UnitContext("%s %s, eigenvalues apart by %g", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, cloud->dim)], apart[k]);
+      UnitContext("%s %s, eigenvalues apart by %g", cloud->materials[0].name,
+                  form_name[MPMLawForm(cloud->materials, cloud->dim)], apart[k]);
       memset(H, 0, sizeof H);
       for (int d = 0; d < cloud->dim; d++) H[d * (cloud->dim + 1)] = -0.02 - 0.5 * d * apart[k];
       if (cloud->t.round) H[4] = -0.02;
@@ -209,7 +217,7 @@ static void Equal(PetscReal more)
 static PetscBool Flows(const PetscReal H[])
 {
   PetscReal f[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, most = 0;
-  const int nk      = MPM_SYM_NC(cloud->dim);
+  const int nk = MPM_SYM_NC(cloud->dim);
 
   Rest(1);
   for (int k = 0; k < cloud->dim * cloud->dim; k++) f[k / cloud->dim][k % cloud->dim] += H[k];
@@ -259,7 +267,8 @@ static void AtYield(void)
     for (int j = 0; j < 4; j++) {
       const PetscReal distance = near[j / 2], at = lo + (j % 2 ? 1 : -1) * distance;
 
-      UnitContext("%s %s, at yield %+g", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, cloud->dim)], at - lo);
+      UnitContext("%s %s, at yield %+g", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, cloud->dim)],
+                  at - lo);
       for (int k = 0; k < cloud->nc; k++) H[k] = from[k] + at * along[k];
       CHECK((j % 2) == (Flows(H) ? 1 : 0));
       Agrees(H, 0.05 * distance * size, 1e-8);
@@ -304,8 +313,8 @@ static int Same(const Cloud *a, const Cloud *b)
    F, then update or stress. */
 static void Explicit(PetscInt p, const PetscReal H[], Cloud *to)
 {
-  const MPMMaterial *m    = &to->materials[to->kind[p]];
-  const int          dim  = to->dim, form = (int)MPMLawForm(m, dim), nf = dim * dim;
+  const MPMMaterial *m   = &to->materials[to->kind[p]];
+  const int          dim = to->dim, form = (int)MPMLawForm(m, dim), nf = dim * dim;
   MPMBlock           b;
   MPMComponent       L[9];
 
@@ -319,7 +328,7 @@ static void Explicit(PetscInt p, const PetscReal H[], Cloud *to)
   for (int k = 0; k < to->nc; k++) L[k][0] = H[k];
   if (m->type->law->update[form]) m->type->law->update[form](m, 1, L, 0, 1, &b);
 #define TAKE(name, rows)                                                                                               \
-  for (int k = 0, nk = MPMComponents_##name(dim); k < nk && m->state & MPM_BIT(name); k++)                              \
+  for (int k = 0, nk = MPMComponents_##name(dim); k < nk && m->state & MPM_BIT(name); k++)                             \
     to->name[p * nk + k] = b.name[k][0];
   MPM_MATERIAL_FIELDS(TAKE)
 #undef TAKE
@@ -332,9 +341,11 @@ static void Step(int nmaterials)
 {
   const int  nc = cloud->nc, dim = cloud->dim, nf = dim * dim;
   Cloud     *before = malloc(sizeof *before), *after = malloc(sizeof *after);
-  PetscReal *H = calloc(MOST * 10, sizeof *H), *T = calloc(2 * MOST * 10, sizeof *T), *A = calloc(2 * MOST * 100, sizeof *A);
+  PetscReal *H = calloc(MOST * 10, sizeof *H), *T = calloc(2 * MOST * 10, sizeof *T),
+            *A = calloc(2 * MOST * 100, sizeof *A);
 
-  UnitContext("%s %s, a step, %d materials", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, dim)], nmaterials);
+  UnitContext("%s %s, a step, %d materials", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, dim)],
+              nmaterials);
   Rest(nmaterials);
   for (int step = 0; step < 3; step++) {
     const PetscInt first = UnitInt(MOST / 2), last = first + UnitInt(MOST / 2);
@@ -342,9 +353,12 @@ static void Step(int nmaterials)
     for (PetscInt p = 0; p < MOST; p++) RandomH(0.05, H + p * nc);
     *before = *cloud;
     CHECK_EQ(MPMTangentTrial(&cloud->t, 0, MOST, H, T, A), 0);
-    CHECK_EQ(MPMTangentTrial(&cloud->t, first, last, H + first * nc, T + (MOST + first) * nc, A + (MOST + first) * nc * nc), 0);
+    CHECK_EQ(
+        MPMTangentTrial(&cloud->t, first, last, H + first * nc, T + (MOST + first) * nc, A + (MOST + first) * nc * nc),
+        0);
     CHECK_SAME(T + first * nc, T + (MOST + first) * nc, sizeof(PetscReal) * (size_t)((last - first) * nc));
-    CHECK_SAME(A + first * nc * nc, A + (MOST + first) * nc * nc, sizeof(PetscReal) * (size_t)((last - first) * nc * nc));
+    CHECK_SAME(A + first * nc * nc, A + (MOST + first) * nc * nc,
+               sizeof(PetscReal) * (size_t)((last - first) * nc * nc));
     for (PetscInt width = 1; width <= MPMKernelWidth(); width *= 2) {
       cloud->t.width = width;
       CHECK_EQ(MPMTangentTrial(&cloud->t, 0, MOST, H, T + MOST * nc, A + MOST * nc * nc), 0);
@@ -357,7 +371,7 @@ static void Step(int nmaterials)
     Commit(first, last, H + first * nc);
     Commit(0, first, H);
     Commit(last, MOST, H + last * nc);
-    *after = *before;
+    *after      = *before;
     after->view = cloud->view;
 #define VIEW(name, rows) after->view.name = after->name;
     MPM_MATERIAL_FIELDS(VIEW)
@@ -372,7 +386,8 @@ static void Step(int nmaterials)
       if (m->type->traits & MPM_FLUID) {
         CHECK_NEAR(cloud->J[p], before->J[p] * det, 1e-15);
         after->J[p] = cloud->J[p];
-        for (int k = 0; k < MPM_SYM_NC(dim); k++) after->tau[p * MPM_SYM_NC(dim) + k] = cloud->tau[p * MPM_SYM_NC(dim) + k];
+        for (int k = 0; k < MPM_SYM_NC(dim); k++)
+          after->tau[p * MPM_SYM_NC(dim) + k] = cloud->tau[p * MPM_SYM_NC(dim) + k];
       } else
         Explicit(p, H + p * nc, after);
       /* T f^T = tau */
@@ -399,8 +414,9 @@ static void Impossible(void)
 {
   const int  nc = cloud->nc, dim = cloud->dim;
   Cloud     *before = malloc(sizeof *before);
-  PetscReal *H = calloc(MOST * 10, sizeof *H), *T = calloc(2 * MOST * 10, sizeof *T), *A = calloc(2 * MOST * 100, sizeof *A);
-  PetscInt   bad = 0, inverted[MOST] = {0};
+  PetscReal *H = calloc(MOST * 10, sizeof *H), *T = calloc(2 * MOST * 10, sizeof *T),
+            *A = calloc(2 * MOST * 100, sizeof *A);
+  PetscInt bad = 0, inverted[MOST] = {0};
 
   UnitContext("%s %s, impossible steps", cloud->materials[0].name, form_name[MPMLawForm(cloud->materials, dim)]);
   Rest(1);
@@ -409,7 +425,7 @@ static void Impossible(void)
   for (PetscInt p = 0; p < MOST; p += 7) {
     static const PetscReal odd[] = {-1, -2.5, NAN, INFINITY, -INFINITY};
 
-    inverted[p] = 1;
+    inverted[p]                      = 1;
     H[p * nc + (p % 2 ? nc - 1 : 0)] = odd[bad++ % 5];
     for (int k = 0; k < nc; k++)
       if (k % (dim + 1) && k < dim * dim) H[p * nc + k] = 0;
@@ -421,8 +437,9 @@ static void Impossible(void)
     for (int k = 0; k < nc; k++) CHECK_EQ(T[(MOST + p) * nc + k], inverted[p] ? 0 : T[p * nc + k]);
     for (int k = 0; k < nc * nc; k++) CHECK_EQ(A[(MOST + p) * nc * nc + k], inverted[p] ? 0 : A[p * nc * nc + k]);
 #define KEPT(name, rows)                                                                                               \
-  if (inverted[p]) CHECK_SAME(cloud->name + p * MPMComponents_##name(dim), before->name + p * MPMComponents_##name(dim), \
-                              sizeof(PetscReal) * (size_t)MPMComponents_##name(dim));
+  if (inverted[p])                                                                                                     \
+    CHECK_SAME(cloud->name + p * MPMComponents_##name(dim), before->name + p * MPMComponents_##name(dim),              \
+               sizeof(PetscReal) * (size_t)MPMComponents_##name(dim));
     MPM_MATERIAL_FIELDS(KEPT)
 #undef KEPT
   }
@@ -477,7 +494,12 @@ static void Row(const MPMMaterialType *type)
   PetscStrncpy(m.name, type->name, sizeof m.name);
   if (type->traits & MPM_FLUID) {
     for (int k = 0; k < 6; k++) {
-      MPMMaterial fluid = {.type = type, .rho = 1000, .K = 2e4, .gamma = k % 2 ? 7 : 0, .tension = k > 3 ? 30 : -1, .viscosity = k / 2 == 1 ? 500 : 0};
+      MPMMaterial fluid = {.type      = type,
+                           .rho       = 1000,
+                           .K         = 2e4,
+                           .gamma     = k % 2 ? 7 : 0,
+                           .tension   = k > 3 ? 30 : -1,
+                           .viscosity = k / 2 == 1 ? 500 : 0};
 
       PetscStrncpy(fluid.name, type->name, sizeof fluid.name);
       SetUp(&fluid);
@@ -519,7 +541,8 @@ int main(void)
     crossings = 0;
     Row(type);
     if (type->traits & MPM_PLASTIC && type->law->tangent[0]) CHECK_GE(crossings, 60);
-    printf("%-14s %s, differs by %.1e of the largest entry\n", type->name, type->law->tangent[0] ? "own" : "by differences", (double)worst[type - MPMMaterialTypes]);
+    printf("%-14s %s, differs by %.1e of the largest entry\n", type->name,
+           type->law->tangent[0] ? "own" : "by differences", (double)worst[type - MPMMaterialTypes]);
   }
   free(cloud);
   return UnitEnd();

@@ -22,9 +22,9 @@ static void Random(MPMCore *core, MPMTime *time)
   core->params.materials = materials;
   core->params.nkinds    = 1 + UnitInt(3);
   for (int k = 0; k < 3; k++) {
-    kinds[k].material      = 2 - k;
-    materials[k].rho       = UnitReal(1, 3000);
-    materials[k].viscosity = UnitInt(2) ? UnitReal(0, 1000) : 0;
+    kinds[k].material        = 2 - k;
+    materials[k].rho         = UnitReal(1, 3000);
+    materials[k].viscosity   = UnitInt(2) ? UnitReal(0, 1000) : 0;
     materials[k].diffusivity = 4. / 3 * materials[k].viscosity / materials[k].rho;
   }
   time->cfl = UnitReal(0.01, 1);

@@ -21,7 +21,7 @@ static void TestDim(int dim)
 
   for (int n = 0; n < 200; n++) {
     PetscReal F[9], A[9], Q[9], back[9], S[9], P[9], transposed[9], lcg[6], squares[3], axes[3][3],
-        least = PETSC_MAX_REAL, bar;
+        least          = PETSC_MAX_REAL, bar;
     const int    round = dim == 2 && n % 3 == 0; /* of bodies of revolution */
     MPMComponent c2;
 
@@ -44,7 +44,7 @@ static void TestDim(int dim)
       CHECK_LE(PetscAbsReal(back[k] - A[k]), 1e-12); /* (A F^-1) F */
       CHECK_LE(PetscAbsReal(Q[k] - S[k]), 1e-12);    /* P F^T, with the F of the motion */
     }
-    c2[0] = 3;
+    c2[0]       = 3;
     b.F33[0][0] = UnitReal(0.3, 1.5);
     MPMReferenceSpeed2(dim, round, &b, 0, 1, c2);
     MPMLeftCauchyGreen(dim, F, lcg);

@@ -1380,8 +1380,8 @@ static int Tested(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase *ph
   } tested[128];
   static int      ntested, place = -1;
   const MPMNeeds *needs    = &core.needs;
-  const PetscInt  what[12] = {phase->kind,   phase->parts,    phase->particles_in, phase->particles_out,
-                              needs->affine, needs->forced,   needs->stretched,    needs->residual,
+  const PetscInt  what[12] = {phase->kind,   phase->parts,     phase->particles_in, phase->particles_out,
+                              needs->affine, needs->forced,    needs->stretched,    needs->residual,
                               needs->barred, core.params.order};
   const int       here     = (dim * 8 + (int)basis) * 8 + (int)wall;
 

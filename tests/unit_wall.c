@@ -477,10 +477,12 @@ static void Changes(void)
       const PetscReal now = changes ? w.velocity[k][d] : was[d];
 
       CHECK_EQ(w.before[axis][side].velocity[d], was[d]);
-      CHECK(f->velocity[d] == now && w.again[axis][side].velocity[d] == now && w.gradient[axis][side].velocity[d] == now);
+      CHECK(f->velocity[d] == now && w.again[axis][side].velocity[d] == now &&
+            w.gradient[axis][side].velocity[d] == now);
     }
     for (int layers = -2; layers < cells[axis] + 3; layers++) {
-      const PetscInt reach = PetscClipInterval(layers, 0, cells[axis] - 1) - 1; /* behind the two nodes beside the plane */
+      const PetscInt reach = PetscClipInterval(layers, 0, cells[axis] - 1) -
+                             1; /* behind the two nodes beside the plane */
 
       w.place[k] = (layers + UnitReal(0.01, 0.99)) * grid->h[axis];
       MPMWallsReachTo(&w, grid, MPM_BASIS_linear);
@@ -542,7 +544,7 @@ int main(void)
                 }
           for (int round = 0; round < 20; round++) Corners(dim, ijk);
           for (int round = 0; round < 50; round++) Changes();
-  for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
+          for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
         }
   for (int round = 0; round < 50; round++)
     for (int dim = 1; dim <= 3; dim++)

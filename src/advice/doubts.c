@@ -115,7 +115,8 @@ static PetscErrorCode WarnLocking(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     const MPMMaterial *m = &scene->materials[k];
 
-    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks) || m->mu < MPM_BOUND_yield_least * m->lambda) continue;
+    if ((m->type->traits & MPM_FLUID) || !(m->nu > MPM_BOUND_locks) || m->mu < MPM_BOUND_yield_least * m->lambda)
+      continue;
     PetscCall(MPMWarn(
         &core->print,
         "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid, or -method_locking fbar",
@@ -292,10 +293,11 @@ static PetscErrorCode NoteRound(const MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nmaterials && core->grid.round; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
-      PetscCall(MPMNote(&core->print,
-                        "the volumes of %s are not relaxed, with -geometry axisymmetric: after a splash its level may be "
-                        "wrong; compare with a plane or 3-D scene if it counts",
-                        scene->materials[k].name));
+      PetscCall(
+          MPMNote(&core->print,
+                  "the volumes of %s are not relaxed, with -geometry axisymmetric: after a splash its level may be "
+                  "wrong; compare with a plane or 3-D scene if it counts",
+                  scene->materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

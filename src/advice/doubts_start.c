@@ -170,7 +170,7 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
     const PetscReal shape = MPMFitVolume(b, grid->dim);
     const PetscReal have  = (PetscReal)b->parts / (PetscReal)MPMCutParts(grid->dim) *
                            (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
-    char            why[MPM_TEXT_LEN];
+    char why[MPM_TEXT_LEN];
 
     if (b->source.on || !(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
     MPMFitTell(b, grid, shape, why);
@@ -236,17 +236,20 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
 
   PetscFunctionBeginUser;
   if (scene->overlap)
-    PetscCall(MPMWarn(&core->print,
-                      "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice; move one, or give -body_<b>_cut",
-                      scene->overlap));
+    PetscCall(MPMWarn(
+        &core->print,
+        "%" PetscInt64_FMT
+        " particles lie in the shape of an earlier body too: matter is there twice; move one, or give -body_<b>_cut",
+        scene->overlap));
   for (PetscInt k = 0; k < 6; k++)
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston && scene->walls.place[k] > 0)
       piston = piston ? "<f>" : MPMFaceNames[k];
   if (scene->behind)
-    PetscCall(MPMWarn(&core->print,
-                      "%" PetscInt64_FMT
-                      " particles start behind a piston, which moves them along; shorten -bc_%s_distance or cut the body",
-                      scene->behind, piston));
+    PetscCall(
+        MPMWarn(&core->print,
+                "%" PetscInt64_FMT
+                " particles start behind a piston, which moves them along; shorten -bc_%s_distance or cut the body",
+                scene->behind, piston));
   if (scene->on_line && core->basis == MPM_BASIS_linear)
     PetscCall(MPMWarn(
         &core->print,
@@ -321,15 +324,17 @@ static PetscErrorCode WarnTied(MPMCore *core)
   for (PetscInt k = 0; k < r->n; k++) {
     if (!r->body[k].tied) continue;
     if (deep[k] < 0)
-      PetscCall(MPMWarn(&core->print,
-                        "-body_%s_tied: no particle lies in the rigid body %s at the start, and it holds what lies in it; "
-                        "let matter reach two cells into it",
-                        r->body[k].name, r->body[k].name));
+      PetscCall(
+          MPMWarn(&core->print,
+                  "-body_%s_tied: no particle lies in the rigid body %s at the start, and it holds what lies in it; "
+                  "let matter reach two cells into it",
+                  r->body[k].name, r->body[k].name));
     else if (deep[k] < PetscMin(GRIP * h, Deepest(&r->body[k], &core->grid) - 0.5 * h))
-      PetscCall(MPMWarn(&core->print,
-                        "-body_%s_tied: matter lies only %.2g cells deep in the rigid body %s at the start; let it reach "
-                        "two cells into it",
-                        r->body[k].name, (double)(deep[k] / h), r->body[k].name));
+      PetscCall(
+          MPMWarn(&core->print,
+                  "-body_%s_tied: matter lies only %.2g cells deep in the rigid body %s at the start; let it reach "
+                  "two cells into it",
+                  r->body[k].name, (double)(deep[k] / h), r->body[k].name));
   }
   PetscCall(PetscFree(deep));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -376,7 +381,8 @@ static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
   }
   if (!walls || g[down] == 0 || core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
   if (hangs) {
-    PetscCall(MPMNote(&core->print, "%s hangs from its wall -bc_%s_type %s, which does not let go; a wall that lets go is separate",
+    PetscCall(MPMNote(&core->print,
+                      "%s hangs from its wall -bc_%s_type %s, which does not let go; a wall that lets go is separate",
                       hangs->name, MPMFaceNames[from], MPMWallNames[scene->walls.given[from / 2][from % 2].type]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

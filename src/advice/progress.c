@@ -31,8 +31,8 @@ static PetscReal OutputLeft(const MPMCore *core, const MPMMonitor *mon, const MP
 
 /* Says how long a run of implicit steps will take, if what is left of the load takes as long as the same part of it took since
    the last look. A first step counts, since there are few, and so do tries that failed. */
-static PetscErrorCode ForecastImplicit(MPMReport *report, const MPMCore *core, const MPMTime *time, const MPMMonitor *mon,
-                                       const MPMOutput *out)
+static PetscErrorCode ForecastImplicit(MPMReport *report, const MPMCore *core, const MPMTime *time,
+                                       const MPMMonitor *mon, const MPMOutput *out)
 {
   const PetscReal spent = core->timers.steps - report->steps, made = core->t - report->t;
   PetscReal       left = time->end - core->t, all;
@@ -40,9 +40,11 @@ static PetscErrorCode ForecastImplicit(MPMReport *report, const MPMCore *core, c
   char            words[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  if (core->timers.steps < FIRST || core->timers.steps < 2 * report->steps || !(made > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->timers.steps < FIRST || core->timers.steps < 2 * report->steps || !(made > 0))
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (time->max_steps != PETSC_MAX_INT)
-    left = PetscMin(left, made * (PetscReal)(time->max_steps - core->step) / (PetscReal)(core->step - PetscMax(report->step, core->timers.first)));
+    left = PetscMin(left, made * (PetscReal)(time->max_steps - core->step) /
+                              (PetscReal)(core->step - PetscMax(report->step, core->timers.first)));
   PetscCall(PetscTime(&now));
   all           = now - report->start + left * spent / made + OutputLeft(core, mon, out, left);
   report->step  = core->step;
@@ -51,7 +53,8 @@ static PetscErrorCode ForecastImplicit(MPMReport *report, const MPMCore *core, c
   if (all < LONG || (all < CHANGED * report->told && report->told < CHANGED * all)) PetscFunctionReturn(PETSC_SUCCESS);
   report->told = all;
   MPMTimeWords(all, words);
-  PetscCall(MPMSay(&core->print, "predict", "after %.2g s: %.3g of %.6g s of the load in %" PetscInt_FMT " steps, about %s in all with output",
+  PetscCall(MPMSay(&core->print, "predict",
+                   "after %.2g s: %.3g of %.6g s of the load in %" PetscInt_FMT " steps, about %s in all with output",
                    now - report->start, (double)core->t, (double)time->end, core->step, words));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

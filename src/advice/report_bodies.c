@@ -70,7 +70,8 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
                        : r->moves ? "moving"
                                   : "fixed"));
     PetscCall(r->tied ? MPMPrint(&core->print, "tied") : MPMPrint(&core->print, "friction %g", (double)r->mu));
-    if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.round ? 2 : core->grid.dim - 1]));
+    if (r->free)
+      PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.round ? 2 : core->grid.dim - 1]));
     PetscCall(MPMPrint(&core->print, "\n"));
   }
   if (core->rigids.n > SHOWN)
@@ -81,9 +82,9 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
 }
 
 /* Directions along which it is seen whether bodies lie apart, those of 1-D, 2-D and 3-D first. */
-static const PetscInt  ways[][3] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0}, {0, 0, 1},  {1, 0, 1},  {1, 0, -1},
-                                    {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
-static const PetscInt nways[]    = {1, 4, 13};
+static const PetscInt ways[][3] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0}, {0, 0, 1},  {1, 0, 1},  {1, 0, -1},
+                                   {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
+static const PetscInt nways[]   = {1, 4, 13};
 #define WAYS (sizeof ways / sizeof ways[0])
 
 /* Returns whether two bodies lie more than two cells apart along a direction. A, B [WAYS][2]: how far the centres of their
@@ -151,7 +152,7 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   PetscCall(CountParticles(core, scene, shown, n, sum));
   for (PetscInt b = 0; b < shown; b++) {
-    const MPMBody  *body   = &scene->bodies[b];
+    const MPMBody  *body = &scene->bodies[b];
     const PetscReal mass = MPMSumValue(&sum[b][0]), volume = MPMSumValue(&sum[b][1]);
 
     PetscCall(MPMPrint(&core->print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
@@ -165,7 +166,8 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 
     if (!s->on) continue;
     MPMPlaceWords(core->grid.dim, s->v, at);
-    PetscCall(MPMPrint(&core->print, "source     %s: %" PetscInt64_FMT " particles flow in from t=%g to %g s, with %s m/s\n",
+    PetscCall(MPMPrint(&core->print,
+                       "source     %s: %" PetscInt64_FMT " particles flow in from t=%g to %g s, with %s m/s\n",
                        scene->bodies[b].name, scene->bodies[b].n, (double)s->from, (double)s->to, at));
   }
   if (shown < scene->nbodies)
@@ -184,8 +186,10 @@ PetscErrorCode MPMReportMet(const MPMCore *core)
     const MPMRigid *r = &core->rigids.body[k];
 
     if (!r->moves || r->free || r->met) continue;
-    PetscCall(MPMNote(&core->print, "the rigid body %s moved, but met nothing: its reaction was 0 all the time; check its place, -body_%s_velocity and -time_end",
-                      r->name, r->name));
+    PetscCall(MPMNote(
+        &core->print,
+        "the rigid body %s moved, but met nothing: its reaction was 0 all the time; check its place, -body_%s_velocity and -time_end",
+        r->name, r->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

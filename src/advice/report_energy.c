@@ -17,11 +17,16 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity},   {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},       {"rigid", MPM_SHOWS_energy_rigid},
-      {"friction", MPM_SHOWS_energy_friction}, {"damping", MPM_SHOWS_energy_damping},
-      {"volumes", MPM_SHOWS_energy_volumes},   {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},         {"lag", MPM_SHOWS_energy_lag},
+      {"gravity", MPM_SHOWS_energy_gravity},
+      {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},
+      {"rigid", MPM_SHOWS_energy_rigid},
+      {"friction", MPM_SHOWS_energy_friction},
+      {"damping", MPM_SHOWS_energy_damping},
+      {"volumes", MPM_SHOWS_energy_volumes},
+      {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},
+      {"lag", MPM_SHOWS_energy_lag},
       {"integration", MPM_SHOWS_energy_integration},
   };
   const PetscReal base = mon->energy_max + PetscAbsReal(MPMShownWork(shown));
@@ -52,8 +57,9 @@ static void NotFollowed(const MPMCore *core, const MPMScene *scene, char text[MP
 {
   const PetscBool moving = MPMWallsHave(&scene->walls, MPM_WALL_MOVES);
 
-  (void)snprintf(text, MPM_TEXT_LEN, "%s%s%s%s", scene->body_force ? ", body forces" : "", moving ? ", moving walls" : "",
-                 core->rigids.driven ? ", rigid bodies" : "", MPMDampingIsOn(core) ? ", damping" : "");
+  (void)snprintf(text, MPM_TEXT_LEN, "%s%s%s%s", scene->body_force ? ", body forces" : "",
+                 moving ? ", moving walls" : "", core->rigids.driven ? ", rigid bodies" : "",
+                 MPMDampingIsOn(core) ? ", damping" : "");
 }
 
 /* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */

@@ -31,18 +31,20 @@ PetscErrorCode MPMReportPrediction(const MPMCore *core, const MPMCost *cost, con
   if (cost->note[0]) PetscCall(MPMNote(&core->print, "%s", cost->note));
   MPMTimeWords(f->steps * f->step, all);
   (void)snprintf(within, sizeof within, "%g", (double)cost->model.within);
-  PetscCall(MPMPrint(&core->print, "predict    %.6g steps of %.3g s: %s %s without output", (double)f->steps, (double)f->step,
-                     cost->used[0] ? "about" : "roughly", all));
-  PetscCall(cost->used[0] ? MPMPrint(&core->print, ", give or take a factor of %s (constants of %s)\n",
-                                     cost->model.within == 2 ? "two" : within, cost->used)
-                          : MPMPrint(&core->print, " (rough constants; a run of more than a second measures it first)\n"));
+  PetscCall(MPMPrint(&core->print, "predict    %.6g steps of %.3g s: %s %s without output", (double)f->steps,
+                     (double)f->step, cost->used[0] ? "about" : "roughly", all));
+  PetscCall(cost->used[0]
+                ? MPMPrint(&core->print, ", give or take a factor of %s (constants of %s)\n",
+                           cost->model.within == 2 ? "two" : within, cost->used)
+                : MPMPrint(&core->print, " (rough constants; a run of more than a second measures it first)\n"));
   if (s->n > 1 && f->left > 0) {
     const PetscReal times = (s->end - core->t) / f->left;
 
     MPMTimeWords(times * f->steps * f->step, stages);
-    PetscCall(MPMPrint(&core->print,
-                       "predict    that is this stage; with steps as here, all stages to t=%g s take %.6g steps, %s %s\n",
-                       (double)s->end, (double)PetscCeilReal(times * f->steps), cost->used[0] ? "about" : "roughly", stages));
+    PetscCall(
+        MPMPrint(&core->print,
+                 "predict    that is this stage; with steps as here, all stages to t=%g s take %.6g steps, %s %s\n",
+                 (double)s->end, (double)PetscCeilReal(times * f->steps), cost->used[0] ? "about" : "roughly", stages));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

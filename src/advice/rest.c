@@ -27,13 +27,14 @@ static PetscErrorCode TellMoved(MPMCore *core, const MPMScene *scene)
 {
   const MPMGrid *grid   = &core->grid;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X), dim = grid->dim;
-  PetscReal     *far, rest = -1;
-  PetscInt       shown = 0;
+  PetscReal     *far, rest                                           = -1;
+  PetscInt       shown              = 0;
   char           text[MPM_TEXT_LEN] = "";
   MPMView        view;
 
   PetscFunctionBeginUser;
-  if (!core->particles.present[MPM_FIELD_INDEX_X]) PetscFunctionReturn(PETSC_SUCCESS); /* what flows in has no place at the start */
+  if (!core->particles.present[MPM_FIELD_INDEX_X])
+    PetscFunctionReturn(PETSC_SUCCESS); /* what flows in has no place at the start */
   PetscCall(PetscMalloc1(scene->nbodies, &far));
   for (PetscInt b = 0; b < scene->nbodies; b++) far[b] = -1; /* it has no particles */
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
@@ -71,8 +72,8 @@ static PetscErrorCode TellMoved(MPMCore *core, const MPMScene *scene)
 
 PetscErrorCode MPMRestTell(MPMCore *core, const MPMScene *scene, const MPMTotals *now, const MPMTime *time)
 {
-  const MPMRest  *r     = &core->rest;
-  const PetscReal share = MPMShownKineticShare(now);
+  const MPMRest  *r                   = &core->rest;
+  const PetscReal share               = MPMShownKineticShare(now);
   char            since[MPM_NAME_LEN] = "", ratios[3 * MPM_NAME_LEN], energy[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
@@ -85,10 +86,11 @@ PetscErrorCode MPMRestTell(MPMCore *core, const MPMScene *scene, const MPMTotals
   PetscCall(MPMPrint(&core->print, "rest       %s%s\n", since, ratios));
   PetscCall(TellMoved(core, scene));
   if (r->limit > 0 && !r->reached && core->t >= time->end)
-    PetscCall(MPMWarn(&core->print,
-                      "the bodies are not at rest at -time_end: %s; -time_rest asks for %g over %.3g s. Go on with "
-                      "-restart_file and a later -time_end (in stages a longer -stage_<s>_time), or damp the motion with "
-                      "-damping_kinetic",
-                      ratios, (double)r->limit, (double)MPMRestHold(core)));
+    PetscCall(
+        MPMWarn(&core->print,
+                "the bodies are not at rest at -time_end: %s; -time_rest asks for %g over %.3g s. Go on with "
+                "-restart_file and a later -time_end (in stages a longer -stage_<s>_time), or damp the motion with "
+                "-damping_kinetic",
+                ratios, (double)r->limit, (double)MPMRestHold(core)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

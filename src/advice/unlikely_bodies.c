@@ -194,6 +194,35 @@ PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMInitialGravity(look->scene) > 0 && look->core->stages.now <= 1 ? OpenSide(look, k, odd) : PETSC_FALSE;
 }
 
+/* How many cells a body with the stress k0 ends before a wall that should hold its side: a gap that is small beside its
+   height, and in which no other body is. */
+PetscBool MPMUnlikely_k0_gap(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid   = &look->core->grid;
+  const PetscReal height = look->upper[k][look->down] - look->lower[k][look->down];
+  PetscReal       lower[3], upper[3];
+
+  if (!(MPMInitialGravity(look->scene) > 0) || look->core->stages.now > 1 || look->core->rigids.n) return PETSC_FALSE;
+  MPMRegionBounds(&look->scene->bodies[k].region, grid->dim, lower, upper);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt d = face / 2, side = face % 2;
+    PetscBool      filled = PETSC_FALSE;
+
+    odd->ratio = ((side ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]) - look->scene->walls.place[face]) /
+                 grid->h[d];
+    for (PetscInt b = 0; b < look->scene->nbodies; b++)
+      if (side ? look->upper[b][d] > look->upper[k][d] + 0.05 * grid->h[d]
+               : look->lower[b][d] < look->lower[k][d] - 0.05 * grid->h[d])
+        filled = PETSC_TRUE;
+    if (d == look->down || grid->periodic[d] || filled || !(odd->ratio > 0.3) ||
+        odd->ratio * grid->h[d] > 0.25 * height || !MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_NORMAL))
+      continue;
+    return MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
+  }
+  return PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[k];

@@ -59,7 +59,7 @@ PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *s
   PetscFunctionBeginUser;
   w->may_cut  = w->may_cut && MayCut(scene) ? PETSC_TRUE : PETSC_FALSE;
   w->may_part = w->may_part || w->may_cut ? PETSC_TRUE : PETSC_FALSE;
-  w->ranges = MPMRangesOf(scene);
+  w->ranges   = MPMRangesOf(scene);
   for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
   if (!may || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(scene->nbodies, &w->neighbours));
@@ -181,6 +181,20 @@ PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is a place near a rigid body that moves, and pushes what is there from the first step on? */
+static PetscBool IsPushed(const MPMCore *core, const PetscReal x[])
+{
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const MPMRigid *r = &core->rigids.body[k];
+    PetscReal       n[3];
+
+    if (r->moves && !r->free && !r->gone &&
+        MPMRigidDistance(r, core->grid.dim, x, n) < 3 * MPMGridSmallestH(&core->grid))
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* Described in watch.h. Damping means that the body shall settle. */
 PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
 {
@@ -198,6 +212,7 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal v2 = 0;
 
+    if (IsPushed(core, view.x + p * dim)) continue;
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
     Take(&view, dim, p, PetscSqrtReal(v2) / (g * core->t), &most);
   }
@@ -308,7 +323,8 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
 {
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
   const MPMShown        shown   = MPMMonitorShown(mon, core, scene);
-  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE : PETSC_FALSE; /* looked at in any case */
+  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE
+                                                                             : PETSC_FALSE; /* looked at in any case */
   const PetscInt        near    = w->near;
 
   PetscFunctionBeginUser;

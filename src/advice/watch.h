@@ -57,7 +57,7 @@ typedef struct {
   PetscReal  moved;
   PetscBool *held, *joined; /* [nbodies][6]; [nbodies][nbodies] */
   PetscBool  joins, passed, squeezed;
-  PetscBool  refused;            /* is core.stop a fault of the scene? */
+  PetscBool  refused;           /* is core.stop a fault of the scene? */
   char       use[MPM_NAME_LEN]; /* the options by which the scene would run in the updated frame */
 
   MPMNeighbours *neighbours; /* [nbodies]; NULL: matter that parts is not looked for */

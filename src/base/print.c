@@ -22,7 +22,10 @@ static PetscErrorCode Keep(MPMSaid *said, const char label[], const char line[],
   const size_t length = strlen(line);
 
   PetscFunctionBeginUser;
-  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) && !(said->lines && strstr(said->lines, line))) ? PETSC_TRUE : PETSC_FALSE;
+  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) &&
+                            !(said->lines && strstr(said->lines, line)))
+               ? PETSC_TRUE
+               : PETSC_FALSE;
   if (!*print) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc(said->n + length + 2, &said->lines));
   (void)snprintf(said->lines + said->n, length + 2, "%s\n", line);
@@ -46,7 +49,8 @@ PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char 
   if (printer->said) PetscCall(Keep(printer->said, label, line, &print));
   if (!print) PetscFunctionReturn(PETSC_SUCCESS);
   (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);
-  (void)printf("%s%s%s\n", printer->said && printer->said->about ? printer->said->about : "", printer->said && printer->said->about ? ": " : "", line);
+  (void)printf("%s%s%s\n", printer->said && printer->said->about ? printer->said->about : "",
+               printer->said && printer->said->about ? ": " : "", line);
   (void)fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

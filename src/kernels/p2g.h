@@ -26,11 +26,9 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   const PetscReal one   = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
-    if (parts & MPM_P2G_NODES)
-      MPM_LANES_NAME(MPMInterpolateBlock)
-      [dim - 1][MPMBasisNodes(patch->basis) - 2][2][0](o, s, patch->n, patch->motion, v, NULL);
-    else
-      MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
+    if (parts & MPM_P2G_NODES) MPM_LANES_NAME(MPMInterpolateBlock)
+    [dim - 1][MPMBasisNodes(patch->basis) - 2][2][0](o, s, patch->n, patch->motion, v, NULL);
+    else MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
     if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->particles.C, o, C);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal m = MPMRead(&s->m[l]);

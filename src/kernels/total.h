@@ -143,8 +143,7 @@ MPM_INLINE void MPMRatesTotal(int dim, const MPMParams *par, const MPMPatch *pat
     MPMMotionGradient(dim, &patch->particles, o, l, was);
     MPMQuotient(dim, F, was, G);
     for (int k = 0; k < dim * dim; k++) MPMWrite(&L[k][l], rate * (G[k] - (PetscReal)(k % (dim + 1) == 0)));
-    if (round)
-      MPMWrite(&L[4][l], rate * ((1.0 + MPMRead(&L[4][l])) / MPMMotionAround(&patch->particles, o, l) - 1.0));
+    if (round) MPMWrite(&L[4][l], rate * ((1.0 + MPMRead(&L[4][l])) / MPMMotionAround(&patch->particles, o, l) - 1.0));
   }
 }
 

@@ -28,23 +28,23 @@
 
 /* Parts of a transfer, which a phase chooses (bits). */
 enum {
-  MPM_P2G_MASS     = 1,     /* sum m_p phi                                   eq. (1) */
-  MPM_P2G_MOMENTUM = 2,     /* sum m_p v_p phi                               eq. (2) */
-  MPM_P2G_FORCE    = 4,     /* - sum V0 tau_p grad phi + sum m_p b_p phi     eqs. (4), (13) */
-  MPM_G2P_MOTION   = 8,     /* v_p, displacement of the step                 eqs. (8), (9) */
-  MPM_G2P_STRESS   = 16,    /* L, F and material state, checks, wave speed   eqs. (3), (10), (11), (12) */
-  MPM_G2P_COMMIT   = 32,    /* x <- x + dx, new cell */
-  MPM_AFFINE       = 64,    /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
-  MPM_RESIDUAL     = 128,   /* with momentum: sums r_p in place of v_p (xpic, afmpm) */
-  MPM_G2P_FILTER   = 256,   /* r_p, or v_p, less its interpolation by the nodes (xpic, afmpm) */
-  MPM_P2G_EARLY    = 512,   /* for the pass of early tiles, see MPMPass */
-  MPM_P2G_LATE     = 1024,  /* for the pass of late tiles */
-  MPM_P2G_WHOLE    = 2048,  /* messages have whole records of nodes (-method_carry all) */
-  MPM_G2P_FBAR     = 4096,  /* with stress: one change of volume for the particles of a box, fbar.h */
-  MPM_P2G_FBAR     = 8192,  /* with forces: one pressure for them */
-  MPM_P2G_VOLUME   = 16384, /* alone: volumes and pressures of fluids, volume.h; with MPM_AFFINE: and its slope */
-  MPM_G2P_VOLUME   = 32768, /* alone: relaxes the volumes of fluids */
-  MPM_P2G_ROUND    = 65536, /* with mass: that of nodes along r, round.h */
+  MPM_P2G_MASS     = 1,      /* sum m_p phi                                   eq. (1) */
+  MPM_P2G_MOMENTUM = 2,      /* sum m_p v_p phi                               eq. (2) */
+  MPM_P2G_FORCE    = 4,      /* - sum V0 tau_p grad phi + sum m_p b_p phi     eqs. (4), (13) */
+  MPM_G2P_MOTION   = 8,      /* v_p, displacement of the step                 eqs. (8), (9) */
+  MPM_G2P_STRESS   = 16,     /* L, F and material state, checks, wave speed   eqs. (3), (10), (11), (12) */
+  MPM_G2P_COMMIT   = 32,     /* x <- x + dx, new cell */
+  MPM_AFFINE       = 64,     /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
+  MPM_RESIDUAL     = 128,    /* with momentum: sums r_p in place of v_p (xpic, afmpm) */
+  MPM_G2P_FILTER   = 256,    /* r_p, or v_p, less its interpolation by the nodes (xpic, afmpm) */
+  MPM_P2G_EARLY    = 512,    /* for the pass of early tiles, see MPMPass */
+  MPM_P2G_LATE     = 1024,   /* for the pass of late tiles */
+  MPM_P2G_WHOLE    = 2048,   /* messages have whole records of nodes (-method_carry all) */
+  MPM_G2P_FBAR     = 4096,   /* with stress: one change of volume for the particles of a box, fbar.h */
+  MPM_P2G_FBAR     = 8192,   /* with forces: one pressure for them */
+  MPM_P2G_VOLUME   = 16384,  /* alone: volumes and pressures of fluids, volume.h; with MPM_AFFINE: and its slope */
+  MPM_G2P_VOLUME   = 32768,  /* alone: relaxes the volumes of fluids */
+  MPM_P2G_ROUND    = 65536,  /* with mass: that of nodes along r, round.h */
   MPM_P2G_TOTAL    = 131072, /* with forces: of the first Piola-Kirchhoff stress (total.h) */
   MPM_P2G_NODES    = 262144, /* with momentum: sums what the first numbers of the nodes' motion are at the particles */
   MPM_G2P_TOTAL    = 524288  /* alone: x, v, F and material state of the displacements and velocities of nodes */

@@ -64,7 +64,9 @@ static const struct {
     {"pi", "3.14159...", PETSC_PI, NULL, NULL, NULL},
     {"_pi", "the same", PETSC_PI, NULL, NULL, NULL},
     {"_e", "2.71828..., the base of ln", 2.71828182845904523536, NULL, NULL, NULL},
-    {"table(file.csv)", "value at the time t of a table of lines t,value; linear between them, constant before and after; a relative path starts at the folder of the options file", 0, NULL, NULL, NULL},
+    {"table(file.csv)",
+     "value at the time t of a table of lines t,value; linear between them, constant before and after; a relative path starts at the folder of the options file",
+     0, NULL, NULL, NULL},
     {"a + b, a - b, a*b, a/b", "as usual; -a^2 is -(a^2)", 0, NULL, NULL, NULL},
     {"a^b", "a to the power b; a^b^c is a^(b^c)", 0, NULL, NULL, NULL},
     {"a < b, a <= b, a > b, a >= b, a == b, a != b", "1 where it holds, else 0", 0, NULL, NULL, NULL},
@@ -156,8 +158,8 @@ static void AddVariables(const char variables[], char error[], size_t len)
 
 /* Parses text, which may use the letters in `variables`. error [len] gets a description of a fault, or "" if there is
    none; *n is the number of components. The caller destroys *e. Not collective. */
-static PetscErrorCode Create(const char full[], const char given[], const char variables[], MPMExpression *e, PetscInt *n,
-                             char error[], size_t len)
+static PetscErrorCode Create(const char full[], const char given[], const char variables[], MPMExpression *e,
+                             PetscInt *n, char error[], size_t len)
 {
   int  count = 0;
   char text[MPM_TEXT_LEN];
@@ -224,7 +226,7 @@ PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscR
   }
   e->var[6] = t;
   for (PetscInt k = 0; k < e->ntables; k++) e->now[k] = MPMTableValue(&e->tables[k], t);
-  v         = mupEvalMulti(e->parser, &n);
+  v = mupEvalMulti(e->parser, &n);
   PetscCheck(!mupError(e->parser), PETSC_COMM_SELF, PETSC_ERR_LIB, "muParser: %s", mupGetErrorMsg(e->parser));
   for (int k = 0; k < n; k++) value[k] = v[k];
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -209,7 +209,8 @@ static PetscBool Side(MPMOptions o, const char name[], char hint[], size_t len)
     const PetscInt      n = row->name && strstr(row->name, "<f>") && strchr("yz", name[0]) ? Words(o, row, &faces) : 0;
 
     if (!n || (strcmp(name + 1, "min") && strcmp(name + 1, "max"))) continue;
-    (void)snprintf(hint, len, "; the last axis is %c, with the faces %s and %s", faces[n - 1][0], faces[n - 2], faces[n - 1]);
+    (void)snprintf(hint, len, "; the last axis is %c, with the faces %s and %s", faces[n - 1][0], faces[n - 2],
+                   faces[n - 1]);
     return PETSC_TRUE;
   }
   if (side) (void)snprintf(hint, len, "; %s", side);
@@ -295,14 +296,15 @@ static const char *OwnWords(MPMOptions o, const char given[])
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
   char nearest[MPM_FULL_LEN] = "", alias[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
-                                                  hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
+       hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
-  const char           *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
+  const char *list, *foreign = MPMOptionsForeign(o->table, OwnWords(o, given)), *of = MPMOptionsOfStage(o, given);
 
   PetscFunctionBeginUser;
   if (of) Nearest(o, of, nearest);
-  if (of && FromAlias(o, given, alias)) (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
+  if (of && FromAlias(o, given, alias))
+    (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
@@ -436,7 +438,8 @@ PetscErrorCode MPMOptionsFinish(MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++) {
-    PetscBool asked = IsPetscs(names[k]) || !strncasecmp(names[k], "stage_", 6) ? PETSC_TRUE : PETSC_FALSE; /* run/stages.c */
+    PetscBool asked = IsPetscs(names[k]) || !strncasecmp(names[k], "stage_", 6) ? PETSC_TRUE
+                                                                                : PETSC_FALSE; /* run/stages.c */
 
     for (PetscInt a = 0; a < o->nasked; a++)
       if (!strcasecmp(o->asked[a], names[k])) asked = PETSC_TRUE;

@@ -72,7 +72,7 @@ static void Advise(const MPMOptionRow *row, const char word[], const char end[],
 {
   const size_t digits = end[0] ? strspn(end + 1, "0123456789") : 0, before = (size_t)(end - word);
 
-  char         text[40];
+  char text[40];
 
   remedy[0] = 0;
   if (MPMOptionsDash(word))
@@ -82,8 +82,10 @@ static void Advise(const MPMOptionRow *row, const char word[], const char end[],
   else if (word[strspn(word, " \t")] == 0)
     ;
   else if (before && IsGrouped(word, text, sizeof text))
-    (void)snprintf(remedy, len, whole || strchr(end + 1, ',') ? "; thousands are not separated, %s"
-                                                              : "; thousands are not separated, %s, and decimals have a point, %.*s.%s",
+    (void)snprintf(remedy, len,
+                   whole || strchr(end + 1, ',')
+                       ? "; thousands are not separated, %s"
+                       : "; thousands are not separated, %s, and decimals have a point, %.*s.%s",
                    text, (int)before, word, end + 1);
   else if (before && end[0] == ',' && digits && !end[1 + digits] && !whole && before + digits < 40)
     (void)snprintf(remedy, len, "; decimals have a point, %.*s.%s", (int)before, word, end + 1);

@@ -9,11 +9,11 @@
 typedef struct {
   PetscInt    a, b, axis; /* axis: the normal is along it; -1: it is found */
   const char *name;       /* of the contact, if its axis is given */
-  MPMRigid *rigid;      /* NULL: the pair is of two copies */
-  PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
-  PetscBool glued;      /* no contact is declared: where they meet they move as one */
-  PetscBool flows; /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
-  PetscBool soft[2]; /* has a, b matter that keeps no shape? */
+  MPMRigid   *rigid;      /* NULL: the pair is of two copies */
+  PetscReal   mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
+  PetscBool   glued;      /* no contact is declared: where they meet they move as one */
+  PetscBool   flows; /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
+  PetscBool   soft[2]; /* has a, b matter that keeps no shape? */
 } MPMPair;
 
 /* A node of a copy that takes part in contact: mass along each axis, kg, acceleration, m/s^2, and velocity, m/s, as a phase
@@ -34,9 +34,10 @@ typedef struct {
   PetscInt64 weight[2];
   PetscReal  near[2][3], wide[2];
   PetscBool  tied;
-  PetscReal  thin[2]; /* m: of a rigid body: the distance of the node's matter on the same side; the thickness to that on the other */
-  PetscReal  given[3];
-  PetscReal  room[4]; /* of rigid bodies: what they leave of these gaps in this step, m; the last one beside */
+  PetscReal  thin
+      [2]; /* m: of a rigid body: the distance of the node's matter on the same side; the thickness to that on the other */
+  PetscReal given[3];
+  PetscReal room[4]; /* of rigid bodies: what they leave of these gaps in this step, m; the last one beside */
 } MPMContactNode;
 
 /* A node's part in a column along an axis: its shares in the impulse on a and b. */
@@ -74,17 +75,17 @@ typedef struct {
   PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
   PetscInt          corrections; /* of afmpm in this step so far */
   PetscInt          shared;      /* the copy of all bodies that no contact names, or -1 */
-  PetscBool         near;        /* are particles of two copies near each other? then `tiles` are those of all processes */
-  PetscBool         beside;      /* it has been said that bodies lie beside each other, seen along the axis that is given */
-  PetscInt          clear;       /* until bodies approach each other by so many cells, tiles need not be looked at again, */
-  PetscReal         moved;       /* cells that a particle may have moved since they were; */
-  PetscInt64        waiting;     /* as long as so many particles have not flowed in yet */
+  PetscBool         near;    /* are particles of two copies near each other? then `tiles` are those of all processes */
+  PetscBool         beside;  /* it has been said that bodies lie beside each other, seen along the axis that is given */
+  PetscInt          clear;   /* until bodies approach each other by so many cells, tiles need not be looked at again, */
+  PetscReal         moved;   /* cells that a particle may have moved since they were; */
+  PetscInt64        waiting; /* as long as so many particles have not flowed in yet */
   MPMContactTiles   tiles;
-  MPMPair          *pair;        /* [npairs] */
-  MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */
-  MPMContactSite   *site;        /* [nsites] */
-  MPMContactPart   *part;        /* [nparts] in sequence of columns */
-  MPMContactColumn *column;      /* [ncolumns] */
+  MPMPair          *pair;   /* [npairs] */
+  MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
+  MPMContactSite   *site;   /* [nsites] */
+  MPMContactPart   *part;   /* [nparts] in sequence of columns */
+  MPMContactColumn *column; /* [ncolumns] */
 } MPMContacts;
 
 #endif

@@ -30,7 +30,8 @@ struct _MPMPhase {
   PetscInt     parts; /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, const MPMPatch *, const MPMNodes *); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                                       /* MPM_NODES: operations per node and axis */
-  PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows, collective on exchange.data; or NULL */
+  PetscErrorCode (*after)(MPMCore *,
+                          const MPMPhase *); /* MPM_NODES: what follows, collective on exchange.data; or NULL */
   PetscInt  motion;                          /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
   PetscBool light;                           /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt  particles_in, particles_out;     /* bits of the fields that it reads, writes */
@@ -114,11 +115,11 @@ enum {
    moves. */
 typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
 typedef struct {
-  PetscBool  on;    /* -history_energy */
-  PetscBool  loads; /* the work of loads and body forces is summed */
-  MPMMean    mean;
-  PetscBool  maps, strained; /* is what the mapping does to the work of the stress summed? has the last step strained? */
-  MPMSum     sum[MPM_NUM_ENERGIES];
+  PetscBool on;    /* -history_energy */
+  PetscBool loads; /* the work of loads and body forces is summed */
+  MPMMean   mean;
+  PetscBool maps, strained; /* is what the mapping does to the work of the stress summed? has the last step strained? */
+  MPMSum    sum[MPM_NUM_ENERGIES];
   PetscReal *before, *stress; /* of the particles as a step begins: [n][x, v] where b is not 0; [n][F, tau] */
   PetscInt  *which, n;        /* [n] the particles of `before` */
   PetscInt   capacity;        /* particles for which there is room */

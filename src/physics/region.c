@@ -109,7 +109,8 @@ static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x
 #undef MPM_REGION
   };
 
-  if (r->sweep > 0) return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep ? PETSC_TRUE : PETSC_FALSE;
+  if (r->sweep > 0)
+    return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep ? PETSC_TRUE : PETSC_FALSE;
   return inside[r->type](r, dim, x);
 }
 

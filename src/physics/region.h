@@ -28,7 +28,8 @@ struct _MPMRegion {
   MPMSampledDistance *sampled; /* of those that have many faces, in 3-D; or NULL */
   PetscReal           margin;  /* m: how far from the faces of `nearest` a place is known to be inside or outside */
   PetscBool open[2][3]; /* has the box from lower to upper no surface at its lower and upper ends, for distances? */
-  PetscReal sweep, along[3]; /* not 0: it is what lies up to `sweep` m behind the shape's front, which is where lines along the
+  PetscReal sweep,
+      along[3]; /* not 0: it is what lies up to `sweep` m behind the shape's front, which is where lines along the
                                 unit vector `along` leave it (sweep.c) */
 };
 
@@ -51,7 +52,7 @@ void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], Pe
    the line through x [dim], m, along e [dim] meets the shape, and *at, m: how far from x on it leaves it. */
 extern const char MPMRegionsSwept[];
 PetscBool         MPMRegionSweeps(const MPMRegion *, PetscInt dim, const PetscReal e[]);
-PetscBool         MPMRegionLeaves(const MPMRegion *, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *at);
+PetscBool MPMRegionLeaves(const MPMRegion *, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *at);
 
 /* Returns the coordinate of place k of a row on the last axis, m. */
 MPM_INLINE PetscReal MPMRowPlace(const MPMRow *row, PetscInt64 k)

@@ -17,18 +17,18 @@ typedef struct {
   const MPMRegion *shape;
   PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
-  PetscBool        met; /* by the lines of the history of this run it has given matter an impulse */
+  PetscBool        met;               /* by the lines of the history of this run it has given matter an impulse */
   PetscBool        moves, free, gone; /* gone: it has left the scene, and meets nothing */
-  PetscBool        tied; /* matter that lies in it moves with it */
-  PetscInt         held; /* bits of the faces that are planes of symmetry of a free body: what is in the grid is held there */
-  PetscReal        mass, inertia[9], inverse[9]; /* of that part; inverse: of inertia, where it may turn */
-  PetscReal        reach;                        /* of the shape from the pivot, m */
-  PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
-  PetscReal       *point;     /* [npoints][3] */
-  PetscReal        slid;      /* of a free one: its way along matter since the start or restart, m; below 0: that was told */
-  PetscReal        before[6]; /* velocity and spin as the step began */
-  PetscReal        pushed[3]; /* of a free body: acceleration of the body force at its centre in this step, m/s^2 */
-  PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
+  PetscBool        tied;              /* matter that lies in it moves with it */
+  PetscInt   held; /* bits of the faces that are planes of symmetry of a free body: what is in the grid is held there */
+  PetscReal  mass, inertia[9], inverse[9]; /* of that part; inverse: of inertia, where it may turn */
+  PetscReal  reach;                        /* of the shape from the pivot, m */
+  PetscInt   npoints;                      /* of a free body: points of its surface at the start, from the pivot, m */
+  PetscReal *point;                        /* [npoints][3] */
+  PetscReal  slid;      /* of a free one: its way along matter since the start or restart, m; below 0: that was told */
+  PetscReal  before[6]; /* velocity and spin as the step began */
+  PetscReal  pushed[3]; /* of a free body: acceleration of the body force at its centre in this step, m/s^2 */
+  PetscReal *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 
 /* Sets the pointers of a body to its numbers. */

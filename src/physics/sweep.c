@@ -17,9 +17,10 @@ static void Slab(PetscReal x, PetscReal e, PetscReal lower, PetscReal upper, Pet
 }
 
 /* The same for a ball, or for what is less than the radius from the axis of a cylinder. */
-static void Ball(const MPMRegion *r, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *from, PetscReal *to)
+static void Ball(const MPMRegion *r, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *from,
+                 PetscReal *to)
 {
-  const PetscBool ball = r->type == MPM_REGION_sphere ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool ball   = r->type == MPM_REGION_sphere ? PETSC_TRUE : PETSC_FALSE;
   PetscReal       x_axis = 0, e_axis = 0, ee = 0, xe = 0, xx = 0, root;
 
   for (PetscInt d = 0; d < dim && !ball; d++) {
@@ -54,18 +55,21 @@ static void Edges(const MPMRegion *r, const PetscReal x[], const PetscReal e[], 
 
   for (PetscInt k = 0; k < s->n; k++) {
     const PetscReal *a = s->corner + 4 * k, *b = a + 2;
-    const PetscReal  a_side = (a[0] - x[0]) * e[1] - (a[1] - x[1]) * e[0], b_side = (b[0] - x[0]) * e[1] - (b[1] - x[1]) * e[0];
+    const PetscReal  a_side = (a[0] - x[0]) * e[1] - (a[1] - x[1]) * e[0],
+                    b_side  = (b[0] - x[0]) * e[1] - (b[1] - x[1]) * e[0];
 
     if ((a_side < 0) == (b_side < 0)) continue;
     last = PetscMax(last, (a_side * ((b[0] - x[0]) * e[0] + (b[1] - x[1]) * e[1]) -
-                           b_side * ((a[0] - x[0]) * e[0] + (a[1] - x[1]) * e[1])) / (a_side - b_side));
+                           b_side * ((a[0] - x[0]) * e[0] + (a[1] - x[1]) * e[1])) /
+                              (a_side - b_side));
   }
   *to = PetscMin(*to, last);
 }
 
 PetscBool MPMRegionSweeps(const MPMRegion *r, PetscInt dim, const PetscReal e[])
 {
-  if (r->type == MPM_REGION_polygon && dim == 3) return e[2] == 0 || (e[0] == 0 && e[1] == 0) ? PETSC_TRUE : PETSC_FALSE;
+  if (r->type == MPM_REGION_polygon && dim == 3)
+    return e[2] == 0 || (e[0] == 0 && e[1] == 0) ? PETSC_TRUE : PETSC_FALSE;
   return r->type == MPM_REGION_box || r->type == MPM_REGION_sphere || r->type == MPM_REGION_cylinder ||
                  r->type == MPM_REGION_polygon
              ? PETSC_TRUE

@@ -39,7 +39,8 @@ typedef struct {
   PetscBool own, changed, was_static, was_implicit;
   PetscInt  stage; /* of a run in stages: the one that the file is of, and when it began, s */
   PetscReal began;
-  PetscBool follows, other; /* the file is to be of the stage before; it is of another one than this run, and not read */
+  PetscBool follows,
+      other; /* the file is to be of the stage before; it is of another one than this run, and not read */
   PetscInt  missing;
   PetscReal left[2]; /* of bodies that leave at the restart: particles; mass, kg */
   char      git[MPM_NAME_LEN], *options;
@@ -91,7 +92,8 @@ void           MPMRestartBalance(MPMCheckpoint *, const MPMTotals *now);
 PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **options);
 PetscErrorCode MPMStagesOverlay(const char text[], const char options[]);
 PetscErrorCode MPMStagesSetFromOptions(const MPMScene *, MPMOptions);
-PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt stage, MPMOptions, char why[MPM_TEXT_LEN]);
+PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt stage, MPMOptions,
+                                  char why[MPM_TEXT_LEN]);
 
 /* Bodies that leave (leave.c): read -remove; after all else of a restart, remove them, which is collective on the exchange. */
 PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *, PetscBool restarts, MPMOptions);

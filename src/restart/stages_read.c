@@ -9,12 +9,15 @@ static void Forbidden(MPMOptions o, const char name[], const char option[], char
   const char         *shall = row ? MPMRestartNotInStage(row->name) : NULL;
 
   why[0] = 0;
-  if (shall) (void)snprintf(why, MPM_TEXT_LEN, "%.400s: -%.400s may not change in a stage%s; give -%.400s", name, option, shall, option);
+  if (shall)
+    (void)snprintf(why, MPM_TEXT_LEN, "%.400s: -%.400s may not change in a stage%s; give -%.400s", name, option, shall,
+                   option);
 }
 
-PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt stage, MPMOptions o, char why[MPM_TEXT_LEN])
+PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt stage, MPMOptions o,
+                                  char why[MPM_TEXT_LEN])
 {
-  char (*names)[MPM_NAME_LEN], all[MPM_TEXT_LEN], *save = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  char(*names)[MPM_NAME_LEN], all[MPM_TEXT_LEN], *save = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
   const char *option;
   PetscInt    n = 0;
 
@@ -22,7 +25,8 @@ PetscErrorCode MPMStagesForbidden(const char text[], const char list[], PetscInt
   why[0] = 0;
   (void)snprintf(all, sizeof all, "%s", list);
   PetscCall(PetscMalloc1(strlen(all) / 2 + 1, &names));
-  for (char *s = strtok_r(all, ", ", &save); s; s = strtok_r(NULL, ", ", &save)) (void)snprintf(names[n++], MPM_NAME_LEN, "%s", s);
+  for (char *s = strtok_r(all, ", ", &save); s; s = strtok_r(NULL, ", ", &save))
+    (void)snprintf(names[n++], MPM_NAME_LEN, "%s", s);
   for (const char *at = text; !why[0] && MPMOptionsNext(&at, name, value);)
     if (MPMStageOf(n, names, name + 1, &option) == stage - 1) Forbidden(o, name, option, why);
   PetscCall(PetscFree(names));
@@ -53,7 +57,8 @@ PetscErrorCode MPMStagesSetFromOptions(const MPMScene *scene, MPMOptions o)
     if (!strcasecmp(option, "time_end"))
       MPMOptionsFail(o, "%s does not apply: a stage lasts -stage_%s_time", name, scene->stages[k]);
     if (!strcasecmp(option, "remove") && !k)
-      MPMOptionsFail(o, "%s does not apply: nothing can leave before the first stage; leave the body out of -bodies", name);
+      MPMOptionsFail(o, "%s does not apply: nothing can leave before the first stage; leave the body out of -bodies",
+                     name);
     Forbidden(o, name, option, why);
     if (why[0]) MPMOptionsFail(o, "%s", why);
   }

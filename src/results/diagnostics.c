@@ -293,7 +293,8 @@ PetscReal MPMShownResidual(const MPMShown *s)
 
 VALUE(energy_residual, MPMShownResidual(s))
 VALUE(load_work, Loads(s))
-VALUE(energy_gravity, s->core->implicit ? MPMShownGravity(s) : s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
+VALUE(energy_gravity,
+      s->core->implicit ? MPMShownGravity(s) : s->now->energy[MPM_ENERGY_gravity] + s->core->rigids.energy[0])
 VALUE(energy_walls, s->now->energy[MPM_ENERGY_walls] + s->core->rigids.energy[2])
 VALUE(energy_rigid, s->now->energy[MPM_ENERGY_rigid])
 VALUE(energy_friction, s->now->energy[MPM_ENERGY_friction] + s->core->rigids.energy[1])
@@ -306,15 +307,17 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
 VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] -
-                           Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - s->now->energy[MPM_ENERGY_half])
+                           Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] -
+                           s->now->energy[MPM_ENERGY_half])
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
-VALUE(energy_lag, s->now->energy[MPM_ENERGY_half]) /* what the stress does in the half step by which velocities are behind */
+VALUE(energy_lag,
+      s->now->energy[MPM_ENERGY_half]) /* what the stress does in the half step by which velocities are behind */
 static PetscReal Value_energy_integration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -
          Value_load_work(s) - Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) -
-         Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) - Value_energy_lag(s) -
-         Value_energy_rigid(s) - s->core->changes.energy;
+         Value_energy_transfer(s) - Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) -
+         Value_energy_lag(s) - Value_energy_rigid(s) - s->core->changes.energy;
 }
 
 VALUE(newton_iterations, s->core->implicit->newton)

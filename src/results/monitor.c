@@ -218,7 +218,8 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
 static PetscReal Unexplained(const MPMCore *core, const MPMShown *shown)
 {
   if (!core->energy.on) return MPMShownResidual(shown);
-  return MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0) + MPMDiagnosticValue(shown, MPM_SHOWS_energy_lag, 0) +
+  return MPMDiagnosticValue(shown, MPM_SHOWS_energy_integration, 0) +
+         MPMDiagnosticValue(shown, MPM_SHOWS_energy_lag, 0) +
          PetscMax(0, MPMDiagnosticValue(shown, MPM_SHOWS_energy_transfer, 0));
 }
 

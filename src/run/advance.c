@@ -138,7 +138,8 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.kick = MPMKick(core->step && core->params.dt > 0 ? core->params.dt : now, now); /* dt 0: implicit steps end here */
+  core->params.kick = MPMKick(core->step && core->params.dt > 0 ? core->params.dt : now,
+                              now); /* dt 0: implicit steps end here */
   if (core->grid.total && !core->implicit && (!core->step || core->damping.rest)) core->params.kick = 0.5 * now;
   core->params.dt = now;
   MPMDamp(core, &mpm->method);

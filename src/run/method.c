@@ -87,7 +87,10 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
   PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
   implicit = time[0] && strcmp(time, "explicit") ? PETSC_TRUE : PETSC_FALSE;
-  (void)snprintf(by, sizeof by, implicit ? "-method_time %s" : framed ? "-method_frame total" : "-method_preset %s",
+  (void)snprintf(by, sizeof by,
+                 implicit ? "-method_time %s"
+                 : framed ? "-method_frame total"
+                          : "-method_preset %s",
                  implicit ? time : mpm->preset->name);
   (void)snprintf(use, sizeof mpm->watch.use, "%s",
                  !strcmp(time, "static") ? "-method_time explicit with -damping_time"
@@ -99,33 +102,32 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
     PetscCall(MPMOptionsRefuse(o, updated[k].name, updated[k].neutral, by, updated[k].why));
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     if (scene->materials[k].type->traits & MPM_FLUID)
-      MPMOptionsFail(
-          o,
-          "-material_%s_model %s does not apply with %s: %s; use %s",
-          scene->materials[k].name, scene->materials[k].type->name, by,
-          mpm->core.grid.total ? "what flows leaves the shape of the start, on which the weights are" : "it has no stiffness in shear", use);
+      MPMOptionsFail(o, "-material_%s_model %s does not apply with %s: %s; use %s", scene->materials[k].name,
+                     scene->materials[k].type->name, by,
+                     mpm->core.grid.total ? "what flows leaves the shape of the start, on which the weights are"
+                                          : "it has no stiffness in shear",
+                     use);
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
     if (type == MPM_WALL_separate && (!strcmp(time, "static") || !strcmp(time, "euler")))
       continue; /* a bound of nodes */
     if (MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston)
-      MPMOptionsFail(o,
-                     "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "
-                     "at it; choose fixed, slip, moving or free, or use %s",
-                     MPMFaceNames[k], MPMWallNames[type], by,
-                     type == MPM_WALL_separate && !strcmp(time, "newmark") ? "-method_time euler" : use);
+      MPMOptionsFail(
+          o,
+          "-bc_%s_type %s does not apply with %s, which has no contact: the wall acts on matter that arrives "
+          "at it; choose fixed, slip, moving or free, or use %s",
+          MPMFaceNames[k], MPMWallNames[type], by,
+          type == MPM_WALL_separate && !strcmp(time, "newmark") ? "-method_time euler" : use);
   }
   if (mpm->core.rigids.n)
-    MPMOptionsFail(o,
-                   "-body_%s_rigid does not apply with %s, whose bodies may meet nothing; use %s",
+    MPMOptionsFail(o, "-body_%s_rigid does not apply with %s, whose bodies may meet nothing; use %s",
                    mpm->core.rigids.body[0].name, by, use);
   if (scene->ncontacts || mpm->core.contacts)
     MPMOptionsFail(o, "contact does not apply with %s, whose bodies may meet nothing; use %s", by, use);
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points && scene->bodies[b].points->deformation)
-      MPMOptionsFail(o,
-                     "-body_%s_file does not apply with %s: its particles are deformed at the start",
+      MPMOptionsFail(o, "-body_%s_file does not apply with %s: its particles are deformed at the start",
                      scene->bodies[b].name, by);
     for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
       if (scene->bodies[b].ppc[d] < 2)
@@ -160,12 +162,12 @@ static PetscErrorCode ReadTotal(MPM mpm, MPMOptions o)
   mpm->method.transfer = rests ? &MPMTransferStatic : &MPMTransferTotal;
   PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &mpm->method.rate, &set));
   if (!set) mpm->method.rate = mpm->preset->rate;
-  mpm->method.viscosity = 0;
-  core->params.flip   = mpm->method.transfer->flip;
-  core->params.strain = 1;
-  core->params.light  = 0;
-  core->params.order                      = 0;
-  core->params.own_inertia              = PETSC_FALSE;
+  mpm->method.viscosity    = 0;
+  core->params.flip        = mpm->method.transfer->flip;
+  core->params.strain      = 1;
+  core->params.light       = 0;
+  core->params.order       = 0;
+  core->params.own_inertia = PETSC_FALSE;
   core->needs.increment = core->needs.affine = core->needs.residual = core->needs.all = PETSC_FALSE;
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) mpm->scene.materials[k].relaxation = 0;
   PetscFunctionReturn(PETSC_SUCCESS);

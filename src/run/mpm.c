@@ -102,8 +102,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.implicit || mpm->core.needs.stretched || mpm->core.params.box ||
-      mpm->core.energy.on || mpm->core.energy.nheat)
+  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.implicit || mpm->core.needs.stretched ||
+      mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
       (mpm->core.gaps || mpm->core.contacts || !MPMMaterialKnowsFlow(&scene->materials[material])))
@@ -151,7 +151,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.barred   = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stepped  = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || shown & MPM_BIT(X) ? PETSC_TRUE
+                                                                                                       : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
@@ -189,7 +190,8 @@ static PetscErrorCode SetUpExchange(MPM mpm)
 static PetscErrorCode TellSetUp(const MPMCore *core, const char done[])
 {
   PetscFunctionBeginUser;
-  if (core->particles.total >= MANY) PetscCall(MPMPrint(&core->print, "set-up     %" PetscInt64_FMT " particles are %s\n", core->particles.total, done));
+  if (core->particles.total >= MANY)
+    PetscCall(MPMPrint(&core->print, "set-up     %" PetscInt64_FMT " particles are %s\n", core->particles.total, done));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -295,16 +297,14 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (!MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
-    PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
+  if (!MPMEnds(mpm) && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped)
     PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
   if (!MPMStatusIsBad(&core->status))
     PetscCall(Output(mpm, output, PETSC_TRUE));
   else
     PetscCall(MPMMonitorStopped(&mpm->monitor, core, &mpm->scene));
-  if (MPMEnds(mpm) && !MPMStatusIsBad(&core->status))
-    PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
+  if (MPMEnds(mpm) && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMPrintEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -44,12 +44,17 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
     PetscCall(MPMOptionsEnum(o, "method_frame", NULL, frame, &framed));
     PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
     if (framed && strcmp(frame, "total") && strcmp(time, "static"))
-      MPMOptionsFail(o, "-method_frame %s does not apply with -method_time %s, which is built for the total frame: leave it out, or take "
-                        "-method_time explicit, or static",
-                     frame, time);
+      MPMOptionsFail(
+          o,
+          "-method_frame %s does not apply with -method_time %s, which is built for the total frame: leave it out, or take "
+          "-method_time explicit, or static",
+          frame, time);
     for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
     if (mpm->preset_given && !mpm->preset->total)
-      MPMOptionsFail(o, "-method_preset %s does not apply with -method_time %s, which is built for the total frame; leave it out, or take solid", name, time);
+      MPMOptionsFail(
+          o,
+          "-method_preset %s does not apply with -method_time %s, which is built for the total frame; leave it out, or take solid",
+          name, time);
     if (!framed && !mpm->preset_given) framed = PETSC_TRUE, (void)snprintf(frame, sizeof frame, "total");
   }
   total = (PetscBool)(!strcmp(frame, "total"));

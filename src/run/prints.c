@@ -17,8 +17,8 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscFunctionBeginUser;
   if (core->stages.n)
     PetscCall(MPMPrint(&core->print, "stage      %s, %" PetscInt_FMT " of %" PetscInt_FMT ": t from %g to %g s%s\n",
-                       scene->stages[core->stages.now - 1], core->stages.now, core->stages.n, (double)core->stages.began,
-                       (double)mpm->time.end, core->rest.limit > 0 ? ", or to rest" : ""));
+                       scene->stages[core->stages.now - 1], core->stages.now, core->stages.n,
+                       (double)core->stages.began, (double)mpm->time.end, core->rest.limit > 0 ? ", or to rest" : ""));
   PetscCall(MPMReportScene(core, scene));
   PetscCall(MPMReportBodies(core, scene));
   MPMInitialTell(scene, initial);
@@ -27,13 +27,16 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(MPMReportMethod(core, scene, &mpm->method));
   if (mpm->aside[0])
-    PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
+    PetscCall(MPMNote(&core->print,
+                      "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
   PetscCall(MPMReportParallel(core));
   if (core->implicit) {
     PetscCall(MPMStaticPrint(core));
-    PetscCall(MPMPrint(&core->print, "predict    %.6g steps, in each a solve; how long they take is told by the first iterations, and by the first steps\n",
-                       (double)f.steps));
+    PetscCall(MPMPrint(
+        &core->print,
+        "predict    %.6g steps, in each a solve; how long they take is told by the first iterations, and by the first steps\n",
+        (double)f.steps));
   } else {
     PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g %s\n",
                        (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
@@ -71,7 +74,10 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
     PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
   else
     PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
-                       (double)core->t, now - mpm->report.start, core->rest.reached ? " (-time_rest)" : !MPMEnds(mpm) ? " (-time_max_steps)" : ""));
+                       (double)core->t, now - mpm->report.start,
+                       core->rest.reached ? " (-time_rest)"
+                       : !MPMEnds(mpm)    ? " (-time_max_steps)"
+                                          : ""));
   PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
   PetscCall(MPMRestTell(core, scene, &mpm->monitor.now, &mpm->time));
   PetscCall(MPMAdvanceReport(mpm));

@@ -5,12 +5,12 @@
 
 /* What is known of the run in stages. */
 typedef struct {
-  char     *text;                      /* the options as given */
+  char     *text; /* the options as given */
   PetscInt  n;
-  char      names[MPM_TEXT_LEN];       /* of the stages */
-  PetscReal began;                     /* when the present stage begins, s */
-  char      checkpoint[MPM_TEXT_LEN];  /* that it goes on from; "": what -restart_file says */
-  PetscBool dry;                       /* -dry_run */
+  char      names[MPM_TEXT_LEN];      /* of the stages */
+  PetscReal began;                    /* when the present stage begins, s */
+  char      checkpoint[MPM_TEXT_LEN]; /* that it goes on from; "": what -restart_file says */
+  PetscBool dry;                      /* -dry_run */
   MPMSaid   said;
 } Stages;
 
@@ -43,7 +43,8 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   const struct {
     const char *name;
     PetscReal   value;
-  } times[] = {{"-time_end", s->began + TimeOf(s, k, name, &all)}, {"-output_every", all / 20}, {"-history_every", all / 100}};
+  } times[] = {
+      {"-time_end", s->began + TimeOf(s, k, name, &all)}, {"-output_every", all / 20}, {"-history_every", all / 100}};
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsOverlayEnd());
@@ -52,9 +53,10 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   for (size_t j = 0; j < sizeof times / sizeof times[0]; j++) {
     char given[MPM_TEXT_LEN];
 
-    (void)snprintf(value, sizeof value, "%.15g", (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
+    (void)snprintf(value, sizeof value, "%.15g",
+                   (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
     if (!j || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
-        !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
+               !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
       PetscCall(MPMOptionsOverlay(times[j].name, value));
   }
   if (s->checkpoint[0]) PetscCall(MPMOptionsOverlay("-restart_file", s->checkpoint));
@@ -72,8 +74,8 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   for (PetscInt j = k; j <= s->n; j++) end += TimeOf(s, j, name, &all);
   PetscCall(MPMCreate(PETSC_COMM_WORLD, mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, o));
-  (*mpm)->core.print.said   = &s->said;
-  (*mpm)->core.stages = (MPMStages){k, s->n, s->began, end};
+  (*mpm)->core.print.said = &s->said;
+  (*mpm)->core.stages     = (MPMStages){k, s->n, s->began, end};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,8 +91,7 @@ static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
   (void)snprintf(option, sizeof option, "-stage_%s_%.*s", name, (int)strcspn(error, " :"), error + 1);
   option[strcspn(option, " :")] = 0;
   if (error[0] == '-' && MPMOptionsFindIn(s->text, option, value)) k = 2; /* the stage gives it */
-  PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "",
-                         error));
+  PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "", error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,7 +137,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
 }
 
 /* Makes stage k, or finds in *k which one the checkpoint is of, if it is another. *ended: it has come to its end. */
-static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MPMOptions),
+static PetscErrorCode One(Stages *s, PetscInt                    *k, PetscErrorCode (*read)(MPM, MPMOptions),
                           PetscErrorCode (*run)(MPM, int *), int *status, PetscBool *ended)
 {
   MPM        mpm;
@@ -160,7 +161,8 @@ static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MP
     *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm) ? PETSC_TRUE : PETSC_FALSE;
     PetscCallMPI(MPI_Bcast(ended, 1, MPM_MPI_BOOL, 0, PETSC_COMM_WORLD)); /* workers of a pool know nothing of it */
     s->began = mpm->core.t;
-    (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s", mpm->checkpoint.path[0] ? mpm->checkpoint.path : mpm->checkpoint.from);
+    (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s",
+                   mpm->checkpoint.path[0] ? mpm->checkpoint.path : mpm->checkpoint.from);
     PetscCallMPI(MPI_Bcast(&s->began, 1, MPIU_REAL, 0, PETSC_COMM_WORLD));
     PetscCallMPI(MPI_Bcast(s->checkpoint, sizeof s->checkpoint, MPI_CHAR, 0, PETSC_COMM_WORLD));
     if (*ended) ++*k;

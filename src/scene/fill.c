@@ -30,7 +30,8 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
       MPMOptionsFail(o,
                      "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g; see "
                      "-body_%s_shape, -grid_lower and -grid_upper",
-                     b->name, "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]), b->name);
+                     b->name, "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]),
+                     b -> name);
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
   scene->bodies[b - scene->bodies].v2 = PetscMax(b->v2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   for (PetscInt d = 0; d < dim; d++)
@@ -203,8 +204,8 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
    fault is left in o. Collective on core->comm. */
 PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
-  const PetscInt dim    = core->grid.dim;
-  PetscReal      places = 0;
+  const PetscInt dim     = core->grid.dim;
+  PetscReal      places  = 0;
   size_t         columns = 0; /* of bodies of revolution */
   PetscBool      given;
   PetscMPIInt    size;
@@ -354,7 +355,8 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
-  if (b->round && b->velocity && core->needs.affine) PetscCall(MPMSceneStartAffine(core, b, x, view->C + p * dim * dim));
+  if (b->round && b->velocity && core->needs.affine)
+    PetscCall(MPMSceneStartAffine(core, b, x, view->C + p * dim * dim));
   view->id[p] = id;
   if (view->kind) view->kind[p] = MPMCutKind(scene, core, b, place, parts, X);
   if (view->depth) MPMRimDepth(scene, b, dim, place, view->depth + 2 * dim * p);

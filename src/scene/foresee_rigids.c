@@ -47,9 +47,9 @@ static void Look(MPMRigids *rigids, const MPMGrid *grid, PetscReal t, const MPMR
     if (Left(&body[i], grid)) left[i] = t;
     for (PetscInt j = 0; j < rigids->n && !(rigids->meet < PETSC_INFINITY); j++) {
       const PetscInt  at = i * rigids->n + j;
-      const PetscReal by = i == j || body[j].free || body[j].gone ? 0
-                                                  : PetscMax(Depth(&body[i], &body[j], grid->dim),
-                                                             Depth(&body[j], &body[i], grid->dim));
+      const PetscReal by = i == j || body[j].free || body[j].gone
+                               ? 0
+                               : PetscMax(Depth(&body[i], &body[j], grid->dim), Depth(&body[j], &body[i], grid->dim));
 
       if (t == 0) deep[at] = by;
       if (!(by > deep[at] + DEEP * h)) continue;
@@ -86,14 +86,17 @@ PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, Petsc
       if (!body[k].free) MPMRigidMove(&body[k], end / FORESEEN);
   }
   if (rigids->meet < PETSC_INFINITY && core->t < rigids->meet)
-    PetscCall(MPMWarn(&core->print,
-                      "the rigid bodies %s and %s pass through each other from t=%.3g s on, which ends the run; choose an "
-                      "earlier -time_end, or another motion",
-                      body[rigids->meets[0]].name, body[rigids->meets[1]].name, (double)rigids->meet));
+    PetscCall(
+        MPMWarn(&core->print,
+                "the rigid bodies %s and %s pass through each other from t=%.3g s on, which ends the run; choose an "
+                "earlier -time_end, or another motion",
+                body[rigids->meets[0]].name, body[rigids->meets[1]].name, (double)rigids->meet));
   for (PetscInt k = 0; k < rigids->n; k++) {
     if (left[k] < PETSC_INFINITY)
-      PetscCall(MPMNote(&core->print, "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
-                        body[k].name, (double)left[k], body[k].name));
+      PetscCall(MPMNote(
+          &core->print,
+          "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
+          body[k].name, (double)left[k], body[k].name));
     if (!body[k].free) PetscCall(PetscFree(body[k].point));
   }
   PetscCall(PetscFree4(body, numbers, deep, left));

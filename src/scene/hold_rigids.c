@@ -55,10 +55,11 @@ static void Hold(const MPMBody *b, MPMOptions o, PetscInt face, MPMRigid *r)
   const PetscInt axis = face / 2;
 
   if (r->velocity[axis] != 0)
-    MPMOptionsFail(o,
-                   "-body_%s_velocity has %g along %c, and the plane of symmetry %s through %s (-bc_%s_type slip) lets it "
-                   "move along itself only",
-                   r->name, (double)r->velocity[axis], "xyz"[axis], MPMFaceNames[face], r->name, MPMFaceNames[face]);
+    MPMOptionsFail(
+        o,
+        "-body_%s_velocity has %g along %c, and the plane of symmetry %s through %s (-bc_%s_type slip) lets it "
+        "move along itself only",
+        r->name, (double)r->velocity[axis], "xyz"[axis], MPMFaceNames[face], r -> name, MPMFaceNames[face]);
   for (PetscInt d = 0; d < 3; d++)
     if (d != axis && r->spin[d] != 0)
       MPMOptionsFail(o,
@@ -75,7 +76,7 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
   for (PetscInt k = 0; k < 2 * grid->dim && r->free; k++) {
     const MPMWall   type  = scene->walls.given[k / 2][k % 2].type;
     const PetscReal plane = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], sign = k % 2 ? -1 : 1;
-    PetscReal       gap   = sign * (r->pivot[k / 2] - plane), x[3];
+    PetscReal       gap = sign * (r->pivot[k / 2] - plane), x[3];
 
     if (grid->round && k < 2) { /* x is the radius */
       MPMRigidHold(r, k, 1);
@@ -83,10 +84,11 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
     }
     if (type == MPM_WALL_piston) continue;
     if (type == MPM_WALL_free && gap < 0)
-      MPMOptionsFail(o,
-                     "the rigid body %s starts with its center of mass beyond the grid, %c = %g m: move it into the grid, "
-                     "or enlarge that (-grid_%s)",
-                     r->name, "xyz"[k / 2], (double)r->pivot[k / 2], k % 2 ? "upper" : "lower");
+      MPMOptionsFail(
+          o,
+          "the rigid body %s starts with its center of mass beyond the grid, %c = %g m: move it into the grid, "
+          "or enlarge that (-grid_%s)",
+          r->name, "xyz"[k / 2], (double)r -> pivot[k / 2], k % 2 ? "upper" : "lower");
     if (type == MPM_WALL_free) continue;
     if (MPMRigidIsRound(r)) gap -= r->shape->radius;
     for (PetscInt p = 0; p < r->npoints && !MPMRigidIsRound(r); p++) {
@@ -94,10 +96,11 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
       gap = PetscMin(gap, sign * (x[k / 2] - plane));
     }
     if (type == MPM_WALL_periodic && gap < -TOUCHES * MPMGridSmallestH(grid))
-      MPMOptionsFail(o,
-                     "the rigid body %s starts %g m beyond the periodic face %s: rigid bodies do not cross periodic faces; "
-                     "move it into the grid",
-                     r->name, (double)-gap, MPMFaceNames[k]);
+      MPMOptionsFail(
+          o,
+          "the rigid body %s starts %g m beyond the periodic face %s: rigid bodies do not cross periodic faces; "
+          "move it into the grid",
+          r->name, (double)-gap, MPMFaceNames[k]);
     if (type == MPM_WALL_periodic) continue;
     if (gap < -TOUCHES * MPMGridSmallestH(grid) && type == MPM_WALL_slip && grid->dim > 1 &&
         IsSymmetric(r, grid, k / 2, plane)) {
@@ -111,11 +114,15 @@ void MPMSceneHoldRigid(const MPMScene *scene, const MPMCore *core, MPMOptions o,
                          ? "; a wall of type slip holds it as a plane of symmetry if both halves are alike"
                          : "");
     if (type == MPM_WALL_slip && IsCutBy(r->shape, grid, k / 2, plane, sign))
-      MPMOptionsFail(o,
-                     "-body_%s_%s cuts the free rigid body %s at the wall %s (-bc_%s_type slip), which holds "
-                     "the half of a whole shape only, as a plane of symmetry: give the shape without the cut; a body that is "
-                     "flat there stands on a wall of -bc_%s_type separate",
-                     r->name, r->shape->nwithin ? "within" : r->shape->ncut ? "cut" : "expression", r->name,
-                     MPMFaceNames[k], MPMFaceNames[k], MPMFaceNames[k]);
+      MPMOptionsFail(
+          o,
+          "-body_%s_%s cuts the free rigid body %s at the wall %s (-bc_%s_type slip), which holds "
+          "the half of a whole shape only, as a plane of symmetry: give the shape without the cut; a body that is "
+          "flat there stands on a wall of -bc_%s_type separate",
+          r->name,
+          r->shape->nwithin ? "within"
+          : r->shape->ncut  ? "cut"
+                            : "expression",
+          r->name, MPMFaceNames[k], MPMFaceNames[k], MPMFaceNames[k]);
   }
 }

@@ -117,11 +117,12 @@ static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, 
   }
   c->shared = shared;
   if (grid->copies > MPM_MAX_COPIES)
-    MPMOptionsFail(o,
-                   "-contact%s: %" PetscInt_FMT
-                   " bodies have nodes of their own, %d are allowed; let bodies that do not part from each other be one "
-                   "body%s",
-                   all ? "_mu" : "s", grid->copies, MPM_MAX_COPIES, all ? "" : ", or out of contacts");
+    MPMOptionsFail(
+        o,
+        "-contact%s: %" PetscInt_FMT
+        " bodies have nodes of their own, %d are allowed; let bodies that do not part from each other be one "
+        "body%s",
+        all ? "_mu" : "s", grid->copies, MPM_MAX_COPIES, all ? "" : ", or out of contacts");
   for (grid->stack = grid->dim - 1; grid->stack >= 0 && grid->periodic[grid->stack];) grid->stack--;
   if (grid->stack < 0) MPMOptionsFail(o, "-contacts need an axis that is not periodic");
   for (PetscInt k = 0; k < declared; k++) {

@@ -6,7 +6,7 @@
 #define EMPTY   0.01 /* cells: rigid bodies of less volume are refused */
 #define LIGHT   1e-6 /* times the inertia of a body that is the same everywhere: less is an error */
 
-static const PetscReal nowhere[3] = {0};
+static const PetscReal nowhere[3]  = {0};
 static const char      turns_not[] = "with -geometry axisymmetric";
 
 /* The options of a body that its kind of motion decides on: all of them, and those that each kind takes. */
@@ -39,7 +39,7 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, PetscBool round, MPMB
                      "-body_%s_inertia %g,%g,%g: no body has these moments, each is at most the sum of the other two "
                      "(%c: %g is above %g)",
                      b->name, (double)b->inertia[0], (double)b->inertia[1], (double)b->inertia[2], "xyz"[d],
-                     (double)b->inertia[d], (double)(b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]));
+                     (double)b -> inertia[d], (double)(b->inertia[(d + 1) % 3] + b->inertia[(d + 2) % 3]));
   if (rho == mass)
     MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "",
                    b->name, b->name, rho ? ", not both" : "");
@@ -146,8 +146,8 @@ static PetscErrorCode IsFinite(const MPMBody *b, PetscInt dim, PetscReal t, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-#define ASIDE                                                                                                         \
-  "-body_%s_velocity has %g along x at t = %g s: with -geometry axisymmetric x is the radius; free rigid bodies and those "   \
+#define ASIDE                                                                                                               \
+  "-body_%s_velocity has %g along x at t = %g s: with -geometry axisymmetric x is the radius; free rigid bodies and those " \
   "on the axis move along y only"
 
 /* Sets *aside to the velocity along the radius of a body of revolution that may have none. */
@@ -176,10 +176,11 @@ static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, const MPMRigidMas
     const PetscReal given = b->inertia[dim == 3 ? d : 0];
 
     if ((dim == 3 || d == 2) && given < LIGHT * inertia[4 * d])
-      MPMOptionsFail(o,
-                     "-body_%s_inertia %g is less than %g times that of a body of this shape and mass, %.3g kg m^2 about "
-                     "%c; leave it out for this one",
-                     b->name, (double)given, LIGHT, (double)inertia[4 * d], "xyz"[d]);
+      MPMOptionsFail(
+          o,
+          "-body_%s_inertia %g is less than %g times that of a body of this shape and mass, %.3g kg m^2 about "
+          "%c; leave it out for this one",
+          b->name, (double)given, LIGHT, (double)inertia[4 * d], "xyz"[d]);
     for (PetscInt e = 0; e < 3; e++) inertia[3 * d + e] = d == e ? given : 0;
   }
   for (PetscInt d = 0; d < dim; d++) r->pivot[d] = m->center[d];
@@ -204,11 +205,12 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++)
     if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
-      MPMOptionsFail(o,
-                     "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g; see "
-                     "-body_%s_shape",
-                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core->grid.lower[d],
-                     (double)core->grid.upper[d], b->name);
+      MPMOptionsFail(
+          o,
+          "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g; see "
+          "-body_%s_shape",
+          b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
+          (double)core->grid.upper[d], b->name);
   if (b->rigid == MPM_RIGID_FREE || others > 0 || b->region.type == MPM_REGION_sphere) {
     MPMRigidMassOf(&b->region, dim, core->grid.round, &m);
     if (core->grid.round && lower[0] < 0) m.center[0] = 0;
@@ -284,18 +286,19 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
 /* Refuses two tied bodies that overlap at the start if one moves: matter in both cannot move with both. */
 static PetscErrorCode CheckTied(const MPMCore *core, MPMOptions o, const MPMRigid *a, const MPMRigid *b)
 {
-  const PetscInt  dim  = core->grid.dim;
-  const PetscReal deep = -TOUCHES * MPMGridSmallestH(&core->grid);
+  const PetscInt  dim     = core->grid.dim;
+  const PetscReal deep    = -TOUCHES * MPMGridSmallestH(&core->grid);
   MPMRigid        pair[2] = {*a, *b};
 
   PetscFunctionBeginUser;
   if (!(a->tied && b->tied && (a->moves || b->moves))) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2; k++) PetscCall(MPMRigidSetPoints(&pair[k], dim));
   if (MPMRigidTouches(&pair[0], &pair[1], dim, deep) || MPMRigidTouches(&pair[1], &pair[0], dim, deep))
-    MPMOptionsFail(o,
-                   "-body_%s_tied: the rigid bodies %s and %s overlap at the start, and matter in both cannot move with "
-                   "both; move one",
-                   a->name, a->name, b->name);
+    MPMOptionsFail(
+        o,
+        "-body_%s_tied: the rigid bodies %s and %s overlap at the start, and matter in both cannot move with "
+        "both; move one",
+        a->name, a->name, b->name);
   for (PetscInt k = 0; k < 2; k++) PetscCall(PetscFree(pair[k].point));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -20,7 +20,8 @@ static PetscErrorCode Read(const MPMGrid *grid, MPMOptions o, MPMBody *b)
   PetscCall(MPMOptionsString(o, "body_<b>_velocity", b->name, text, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!(s->to > s->from))
-    MPMOptionsFail(o, "-source_%s_to %g must be later than -source_%s_from %g", b->name, (double)s->to, b->name, (double)s->from);
+    MPMOptionsFail(o, "-source_%s_to %g must be later than -source_%s_from %g", b->name, (double)s->to, b->name,
+                   (double)s->from);
   if (b->region.others) MPMOptionsFail(o, "-sources: the body %s may not be cut or limited by others", b->name);
   if (b->velocity && strspn(text, "+-.,0123456789eE \t") == strlen(text))
     PetscCall(MPMExpressionEvaluate(b->velocity, dim, b->region.lower, NULL, 0, s->v));
@@ -30,7 +31,10 @@ static PetscErrorCode Read(const MPMGrid *grid, MPMOptions o, MPMBody *b)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (grid->round && s->v[0] != 0)
-    MPMOptionsFail(o, "-sources: -body_%s_velocity has %g along x: with -geometry axisymmetric x is the radius, and matter flows in along y only", b->name, (double)s->v[0]);
+    MPMOptionsFail(
+        o,
+        "-sources: -body_%s_velocity has %g along x: with -geometry axisymmetric x is the radius, and matter flows in along y only",
+        b->name, (double)s->v[0]);
   for (PetscInt d = 0; d < dim; d++) {
     s->speed += PetscSqr(s->v[d] / most);
     if (s->v[d] == 0) continue;
@@ -41,22 +45,26 @@ static PetscErrorCode Read(const MPMGrid *grid, MPMOptions o, MPMBody *b)
   s->speed = axes > 1 ? most * PetscSqrtReal(s->speed) : most;
   for (PetscInt d = 0; d < dim; d++) s->along[d] = s->v[d] / s->speed;
   if (!MPMRegionSweeps(&b->region, dim, s->along))
-    MPMOptionsFail(o, "-sources: the body %s must be a %s; and a polygon in 3-D moves along z, or across it", b->name, MPMRegionsSwept);
+    MPMOptionsFail(o, "-sources: the body %s must be a %s; and a polygon in 3-D moves along z, or across it", b->name,
+                   MPMRegionsSwept);
   MPMRegionBounds(&b->region, dim, lower, upper);
-  if (axes == 1) b->offset[axis] = s->v[axis] > 0 ? upper[axis] : lower[axis]; /* a row of the lattice ends at the front */
+  if (axes == 1)
+    b->offset[axis] = s->v[axis] > 0 ? upper[axis] : lower[axis]; /* a row of the lattice ends at the front */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
   PetscInt n;
-  char (*names)[MPM_NAME_LEN];
+  char(*names)[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsNames(o, "sources", &n, &names));
-  if (n && core->grid.total) MPMOptionsFail(o, "-sources does not apply in the total frame: its nodes have the matter of the start");
+  if (n && core->grid.total)
+    MPMOptionsFail(o, "-sources does not apply in the total frame: its nodes have the matter of the start");
   if (n && (scene->initial || scene->known))
-    MPMOptionsFail(o, "-sources does not apply with %s: what flows in is undeformed", scene->initial ? "-initial_stress" : "a known solution");
+    MPMOptionsFail(o, "-sources does not apply with %s: what flows in is undeformed",
+                   scene->initial ? "-initial_stress" : "a known solution");
   for (PetscInt k = 0; k < n && !MPMOptionsError(o); k++) {
     MPMBody *body = NULL;
 
@@ -68,7 +76,9 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *scene, const MPMCore *core, MP
       PetscCall(Read(&core->grid, o, body));
   }
   if (n == scene->nfilled && n && scene->nbodies == scene->nfilled)
-    MPMOptionsFail(o, "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner");
+    MPMOptionsFail(
+        o,
+        "-sources: all bodies are sources; a scene needs particles at the start: add a body of one cell, at rest in a corner");
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -100,16 +110,18 @@ void MPMSourceExtend(MPMBody *b, PetscInt dim)
 
 void MPMSourceCheck(const MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal place[], const PetscReal X[])
 {
-  const MPMGrid  *grid = &core->grid;
+  const MPMGrid  *grid  = &core->grid;
   const PetscReal moved = b->source.speed * (MPMSourceTime(b, MPMSourceLayer(b, grid->dim, place)) - b->source.from);
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal x = X[d] + moved * b->source.along[d], ahead = AHEAD * grid->h[d] * b->source.along[d];
 
-    if (grid->periodic[d] || (PetscMin(x, x + ahead) >= grid->lower[d] && PetscMax(x, x + ahead) < grid->upper[d])) continue;
-    MPMOptionsFail(o,
-                   "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g, and has to reach two "
-                   "cells farther where it moves; see -body_%s_shape",
-                   b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b->name);
+    if (grid->periodic[d] || (PetscMin(x, x + ahead) >= grid->lower[d] && PetscMax(x, x + ahead) < grid->upper[d]))
+      continue;
+    MPMOptionsFail(
+        o,
+        "-sources: a particle of %s would enter at %c = %g, but the grid is from %g to %g, and has to reach two "
+        "cells farther where it moves; see -body_%s_shape",
+        b->name, "xyz"[d], (double)x, (double)(grid->lower[d]), (double)(grid->upper[d]), b -> name);
   }
 }

@@ -43,21 +43,21 @@ typedef struct {
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
   PetscBool     has_pivot, tied;
-  PetscReal     rho, mass, inertia[3];  /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
-  MPMExpression spin;                   /* of a rigid body, rad/s, of t; NULL: it does not turn */
-  MPMExpression velocity;               /* m/s, of x y z, of a rigid body of t; NULL: at rest */
-  MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
-  PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
-  PetscInt64    first, n;               /* ids first .. first+n-1 */
-  MPMCutMemo   *memo;  /* of places that its surface cuts; NULL: its particles have whole places */
-  PetscInt     *cut;   /* kinds of its particles by the parts of a place that they have; see cut.c */
-  PetscInt64    parts; /* of all of its particles */
-  PetscBool     round;                  /* is it a body of revolution? */
-  PetscInt64    column;                 /* of these: the first column of its lattice, */
-  PetscInt     *columns, ncolumns;      /* and kinds [ncolumns][9] by column and walls, or NULL; see at_walls.c */
-  MPMKind      *rings;                  /* those of its cut places, until the scene's table has them; */
-  PetscInt      ring, nrings;           /* there they are rows ring .. ring+nrings-1 (cut.c) */
-  PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
+  PetscReal     rho, mass, inertia[3]; /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
+  MPMExpression spin;                  /* of a rigid body, rad/s, of t; NULL: it does not turn */
+  MPMExpression velocity;              /* m/s, of x y z, of a rigid body of t; NULL: at rest */
+  MPMExpression deformation;           /* F at the start, row-major, of x y z; NULL: undeformed */
+  PetscReal     v2;                    /* largest squared speed of its particles at the start, m^2/s^2 */
+  PetscInt64    first, n;              /* ids first .. first+n-1 */
+  MPMCutMemo   *memo;                  /* of places that its surface cuts; NULL: its particles have whole places */
+  PetscInt     *cut;                   /* kinds of its particles by the parts of a place that they have; see cut.c */
+  PetscInt64    parts;                 /* of all of its particles */
+  PetscBool     round;                 /* is it a body of revolution? */
+  PetscInt64    column;                /* of these: the first column of its lattice, */
+  PetscInt     *columns, ncolumns;     /* and kinds [ncolumns][9] by column and walls, or NULL; see at_walls.c */
+  MPMKind      *rings;                 /* those of its cut places, until the scene's table has them; */
+  PetscInt      ring, nrings;          /* there they are rows ring .. ring+nrings-1 (cut.c) */
+  PetscInt64    row;                   /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
 /* A load on the surface of a body: a pressure against the deformed surface, or a traction per area of the surface at
@@ -96,8 +96,8 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
-  MPMCutMemo   *memo; /* of all bodies (cut.c) */
-  PetscInt      ncut; /* bodies that cut places of their particles (cut.h) */
+  MPMCutMemo   *memo;                      /* of all bodies (cut.c) */
+  PetscInt      ncut;                      /* bodies that cut places of their particles (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;

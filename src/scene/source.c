@@ -51,7 +51,8 @@ static PetscErrorCode NumberRows(const MPMBody *b, PetscInt dim, PetscInt64 **id
 }
 
 /* Sets lo .. hi on each axis to the lattice places among which layers first .. last-1 are. */
-static void Places(const MPMBody *b, const MPMLattice *w, PetscInt first, PetscInt last, PetscInt64 lo[3], PetscInt64 hi[3])
+static void Places(const MPMBody *b, const MPMLattice *w, PetscInt first, PetscInt last, PetscInt64 lo[3],
+                   PetscInt64 hi[3])
 {
   const MPMSource *s     = &b->source;
   MPMRegion        shape = b->region;
@@ -74,9 +75,9 @@ static void Places(const MPMBody *b, const MPMLattice *w, PetscInt first, PetscI
 static PetscErrorCode Make(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt first, PetscInt last,
                            PetscInt *p, MPMView *view)
 {
-  const PetscInt   dim = core->grid.dim;
-  const MPMSource *s   = &b->source;
-  MPMLattice       w   = MPMLatticeBegin(b, dim);
+  const PetscInt   dim   = core->grid.dim;
+  const MPMSource *s     = &b->source;
+  MPMLattice       w     = MPMLatticeBegin(b, dim);
   PetscInt64       lo[3] = {0}, hi[3] = {0};
 
   PetscFunctionBeginUser;
@@ -96,7 +97,8 @@ static PetscErrorCode Make(const MPMScene *scene, const MPMCore *core, const MPM
         if (layer < first || layer >= last) continue;
         parts = MPMCut(b, dim, place, X);
         for (PetscInt d = 0; d < dim; d++) X[d] += s->v[d] * (core->t - s->from);
-        if (MPMOwnCell((int)dim, core->basis, &core->exchange.patch, b->copy, X, scene->kinds[b->kind].l, base) < 0) continue;
+        if (MPMOwnCell((int)dim, core->basis, &core->exchange.patch, b->copy, X, scene->kinds[b->kind].l, base) < 0)
+          continue;
         if (view) PetscCall(MPMFillSet(scene, core, b, w.id + q, place, parts, X, *p, view));
         ++*p;
       }
@@ -115,7 +117,8 @@ PetscErrorCode MPMSourcesEnter(MPMScene *scene, MPMCore *core, PetscInt *first, 
   *any   = PETSC_FALSE;
   *first = n;
   for (PetscInt k = 0; k < scene->nfilled; k++)
-    if (scene->bodies[k].source.on && Entered(&scene->bodies[k], core->t) > scene->bodies[k].source.entered) *any = PETSC_TRUE;
+    if (scene->bodies[k].source.on && Entered(&scene->bodies[k], core->t) > scene->bodies[k].source.entered)
+      *any = PETSC_TRUE;
   if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
   for (int round = 0; round < 2; round++) {
     p = *first;

@@ -12,7 +12,7 @@ PetscErrorCode MPMSourcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions)
 void           MPMSourceExtend(MPMBody *, PetscInt dim);
 PetscInt       MPMSourceLayer(const MPMBody *, PetscInt dim, const PetscReal place[]);
 PetscReal      MPMSourceTime(const MPMBody *, PetscInt layer);
-void           MPMSourceCheck(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal place[], const PetscReal X[]);
+void MPMSourceCheck(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal place[], const PetscReal X[]);
 
 /* Begin follows the particles of the start, or the state of a restart. Enter makes the particles that have come to the front
    of their source by now, on their processes, from number *first on; then all particles have to be settled anew. *any: there

@@ -18,9 +18,9 @@
 #include "step/friction.h"
 #include "step/step.h"
 
-#define ROUNDS 200  /* at most, */
-#define NUMBERS 8 /* of a site that processes exchange: mass, that along the first axis, velocity, acceleration */
-#define QUIET  1e-6 /* until one changes velocities by less than this part of the largest change in a round */
+#define ROUNDS  200  /* at most, */
+#define NUMBERS 8    /* of a site that processes exchange: mass, that along the first axis, velocity, acceleration */
+#define QUIET   1e-6 /* until one changes velocities by less than this part of the largest change in a round */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -134,7 +134,8 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
     for (int side = 0; side < 2; side++) {
       MPMContactSite *site = SiteOf(c, &c->part[k], side);
 
-      for (PetscInt d = 0; d < 3 && site; d++) site->v[d] += (side ? 1 : -1) * c->part[k].share[side] * J[d] / site->m[d];
+      for (PetscInt d = 0; d < 3 && site; d++)
+        site->v[d] += (side ? 1 : -1) * c->part[k].share[side] * J[d] / site->m[d];
     }
 }
 

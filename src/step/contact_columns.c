@@ -3,10 +3,10 @@
 
 #define INCLINES                                                                                                       \
   0.7 /* of the largest squared component of a normal, below which a node is in no column along that axis */
-#define STEEP     0.1 /* squared component of a normal, below which a column goes along the surface */
+#define STEEP     0.1  /* squared component of a normal, below which a column goes along the surface */
 #define MISSES    0.05 /* cells: what passes the surface by more does not cross it */
 #define SMOOTH    0.9  /* cosine between the normals there and at the nodes: at an edge they differ by more */
-#define CROSSINGS 3 /* steps in which the place where a column crosses a rigid surface is found */
+#define CROSSINGS 3    /* steps in which the place where a column crosses a rigid surface is found */
 
 static const MPMContactNode *nodes_to_sort; /* qsort has no context */
 

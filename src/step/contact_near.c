@@ -70,7 +70,7 @@ static void SpreadAll(const PetscInt n[], const PetscInt before[], const PetscIn
 /* Finds that for the tile at place `at` [3]; returns whether there is any. */
 static PetscBool LookAround(const Search *s, PetscInt copy, const PetscInt at[], Around *r)
 {
-  const MPMGrid  *grid = &s->core->grid;
+  const MPMGrid  *grid  = &s->core->grid;
   const PetscInt *tiles = s->c->tiles.n, bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits;
   const uint64_t *cells   = s->cells + copy * tiles[0] * tiles[1] * tiles[2];
   const PetscInt  zero[3] = {0, 0, 0};
@@ -160,7 +160,7 @@ static PetscBool IsRigidNear(const Search *s, const MPMRigid *rigid, const Petsc
     x[d] = grid->lower[d] + (PetscReal)(at[d] * edge - grid->layers[d]) * grid->h[d] + wide;
     half += PetscSqr(wide);
   }
-  half = PetscSqrtReal(half);
+  half     = PetscSqrtReal(half);
   distance = MPMRigidDistance(rigid, grid->dim, x, n);
   return (rigid->tied ? distance : PetscAbsReal(distance)) < half + s->reach ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -212,7 +212,7 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
   const PetscInt  own  = side ? s->c->pair[pair].b : s->c->pair[pair].a,
                  other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
-  Around          around;
+  Around around;
 
   PetscFunctionBeginUser;
   for (const MPMContactTile *here = s->c->tiles.beside; here < s->c->tiles.beside + s->c->tiles.nbeside; here++) {

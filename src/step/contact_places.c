@@ -170,9 +170,9 @@ static PetscBool AnyBeyond(const MPMCore *core, const MPMView *view)
   PetscInt            base[3] = {0};
 
   for (PetscInt m = 0; m < all; m++) {
-    const PetscInt q    = p->nmovers < 0 ? m : p->movers[m] < 0 ? MPM_FLAGGED(p->movers[m]) : p->movers[m];
-    const PetscInt at   = p->nmovers < 0 ? m : p->order[q];
-    const MPMKind *kind = MPMKindOf(core->params.kinds, view, at);
+    const PetscInt q     = p->nmovers < 0 ? m : p->movers[m] < 0 ? MPM_FLAGGED(p->movers[m]) : p->movers[m];
+    const PetscInt at    = p->nmovers < 0 ? m : p->order[q];
+    const MPMKind *kind  = MPMKindOf(core->params.kinds, view, at);
     const PetscInt place = grid->place[kind->copy], low = grid->low[place];
 
     if (!place || !MPMLocate((int)grid->dim, core->basis, grid, kind->copy, MPMPlaces(grid, view) + at * grid->dim,

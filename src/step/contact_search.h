@@ -43,17 +43,17 @@ typedef struct {
   MPMCore     *core;
   MPMContacts *c;
   MPMView      view;
-  PetscReal    reach;                  /* m: what is nearer to a rigid body is looked at */
-  uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
+  PetscReal    reach;                         /* m: what is nearer to a rigid body is looked at */
+  uint64_t    *cells;                         /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
-  uint64_t    *mixed;                         /* [nwanted] the nodes of their stencils that the other side may touch too */
-  Box         *box;                           /* of each side of each pair: around all of these stencils */
+  uint64_t    *mixed; /* [nwanted] the nodes of their stencils that the other side may touch too */
+  Box         *box;   /* of each side of each pair: around all of these stencils */
   Fit         *fit;
   PetscInt     nfits, room, *map;
-  Key         *key;                  /* [nkeys] of nodes, each where its number is mapped to or behind it; at -1: none */
-  size_t       nkeys;                /* a power of 2 */
-  PetscReal   *normal;               /* [nfits][3] */
-  Faces       *faces;                /* [nfits] */
+  Key         *key;    /* [nkeys] of nodes, each where its number is mapped to or behind it; at -1: none */
+  size_t       nkeys;  /* a power of 2 */
+  PetscReal   *normal; /* [nfits][3] */
+  Faces       *faces;  /* [nfits] */
   PetscReal    full[MPM_MAX_COPIES]; /* particles of a cell that is full, of each copy */
 } Search;
 

@@ -133,24 +133,23 @@ PetscErrorCode MPMContactCollectTiles(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(PetscMPIIntCast(core->grid.copies * core->contacts->tiles.words, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, core->contacts->tiles.bits, count, MPI_UINT64_T, MPI_BOR,
-                             core->exchange.data));
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, core->contacts->tiles.bits, count, MPI_UINT64_T, MPI_BOR, core->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt MPMContactTileCopy(const MPMCore *core, const MPMView *view, PetscInt tile, PetscInt at[])
 {
-  const MPMTiles *t    = &core->exchange.patch.tiles;
-  const int       dim  = (int)core->grid.dim;
-  PetscInt        in   = 0;
+  const MPMTiles *t   = &core->exchange.patch.tiles;
+  const int       dim = (int)core->grid.dim;
+  PetscInt        in  = 0;
 
   MPMContactTilePlace(core, tile, at);
   if (core->grid.copies < 2) return 0;
   for (;; in++) {
     const PetscInt *cell = TileRow(dim, t, tile, in);
 
-    if (cell[0] < cell[1 << t->bits])
-      return MPMKindOf(core->params.kinds, view, core->particles.order[cell[0]])->copy;
+    if (cell[0] < cell[1 << t->bits]) return MPMKindOf(core->params.kinds, view, core->particles.order[cell[0]])->copy;
   }
 }
 

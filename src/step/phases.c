@@ -98,9 +98,9 @@ const MPMTransfer MPMTransfers[] = {
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
-const MPMScheme   MPMSchemeTotal = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL},
-                MPMSchemeStatic = {"static", "static", PETSC_FALSE, PETSC_TRUE, NULL};
-const MPMTransfer MPMTransferTotal = {"nodes", "nodes", 1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_TOTAL},
+const MPMScheme MPMSchemeTotal      = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL},
+                MPMSchemeStatic     = {"static", "static", PETSC_FALSE, PETSC_TRUE, NULL};
+const MPMTransfer MPMTransferTotal  = {"nodes", "nodes", 1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_TOTAL},
                   MPMTransferStatic = {"displacements", "displacements", 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from

@@ -100,7 +100,7 @@ PetscErrorCode MPMRigidsBegin(MPMCore *core)
     for (PetscInt d = 0; d < 3; d++) {
       r->before[d]     = r->velocity[d];
       r->before[3 + d] = r->spin[d];
-      if (r->free && d < dim && !MPMRigidIsHeld(r, d)) 
+      if (r->free && d < dim && !MPMRigidIsHeld(r, d))
         r->velocity[d] += core->params.kick * (core->params.gravity[d] + r->pushed[d]);
     }
     for (PetscInt face = 0; face < 2 * dim && r->free; face++)
@@ -226,10 +226,11 @@ static void CheckPeriodic(MPMCore *core, const MPMRigid *r)
       least = PetscMin(least, sign * (x[axis] - plane));
     }
     if (least < -CROSSES * grid->h[axis])
-      (void)snprintf(core->stop, sizeof core->stop,
-                     "the rigid body %s reaches %.3g m beyond the periodic face %s at t=%g s; rigid bodies do not cross "
-                     "periodic faces: enlarge the grid, or choose an earlier -time_end",
-                     r->name, (double)-least, MPMFaceNames[face], (double)core->t);
+      (void)snprintf(
+          core->stop, sizeof core->stop,
+          "the rigid body %s reaches %.3g m beyond the periodic face %s at t=%g s; rigid bodies do not cross "
+          "periodic faces: enlarge the grid, or choose an earlier -time_end",
+          r->name, (double)-least, MPMFaceNames[face], (double)core->t);
   }
 }
 
@@ -261,8 +262,7 @@ void MPMRigidsCheck(MPMCore *core)
         (void)snprintf(core->stop, sizeof core->stop,
                        "the rigid body %s left the grid, to %c = %g m; enlarge the grid (-grid_%s), close it by a wall "
                        "(-bc_%s_type), or choose an earlier -time_end",
-                       r->name, "xyz"[d], (double)at,
-                       at > core->grid.upper[d] ? "upper" : "lower",
+                       r->name, "xyz"[d], (double)at, at > core -> grid.upper[d] ? "upper" : "lower",
                        MPMFaceNames[2 * d + (at > core->grid.upper[d])]);
     }
   }

@@ -6,10 +6,10 @@
 #include "step/step.h"
 
 /* PETSc's mark of a state without residual, SNESSetFunctionDomainError, would end a line search and outlast the solve. */
-#define WORST    1e100 /* the residual of such a state, N */
-#define SAME     1e-9  /* the parts by which sums of the same numbers may differ */
-#define USUAL    5     /* iterations of Newton's method in a step */
-#define LONG     1     /* s: a run that takes as long is foretold by its first two iterations */
+#define WORST 1e100 /* the residual of such a state, N */
+#define SAME  1e-9  /* the parts by which sums of the same numbers may differ */
+#define USUAL 5     /* iterations of Newton's method in a step */
+#define LONG  1     /* s: a run that takes as long is foretold by its first two iterations */
 
 /* Sets the displacements of the nodes, in the updated frame those of the step, to those of a vector, and their velocities to
    those after a step to these; or, if it is where they were as the step began, to those of then. Without inertia these are
@@ -60,11 +60,11 @@ static PetscErrorCode Try(struct MPMStatic *s, Vec u)
    where a wall holds it. p of the nodes becomes the force of the wall. *all: the norm with those of walls. */
 static PetscErrorCode Forces(struct MPMStatic *s, Vec u, Vec r, PetscReal *all)
 {
-  MPMCore        *core = s->core;
-  const PetscInt  dim  = core->grid.dim;
-  PetscScalar    *to;
-  PetscBool       wrong = PETSC_FALSE;
-  MPMSum          sum[3]; /* squares, of the residual with the walls, of forces alone where there is inertia, of the residual */
+  MPMCore       *core = s->core;
+  const PetscInt dim  = core->grid.dim;
+  PetscScalar   *to;
+  PetscBool      wrong = PETSC_FALSE;
+  MPMSum sum[3]; /* squares, of the residual with the walls, of forces alone where there is inertia, of the residual */
 
   PetscFunctionBeginUser;
   if (core->needs.forced) PetscCall(MPMForcesUpdate(s->scene, core, core->t + core->params.dt));
@@ -150,15 +150,17 @@ static PetscErrorCode Foretell(struct MPMStatic *s, PetscInt it)
   all = (now - s->began) / 2 * USUAL * steps;
   if (!it || all < LONG) PetscFunctionReturn(PETSC_SUCCESS);
   MPMTimeWords(all, words);
-  PetscCall(MPMSay(&core->print, "predict", "two iterations of Newton's method took %.2g s: with %d in each of %.6g steps about %s in all; plastic flow takes more, and steps that are cut",
-                   now - s->began, USUAL, (double)steps, words));
+  PetscCall(MPMSay(
+      &core->print, "predict",
+      "two iterations of Newton's method took %.2g s: with %d in each of %.6g steps about %s in all; plastic flow takes more, and steps that are cut",
+      now - s->began, USUAL, (double)steps, words));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Newton's method has converged when the residual is a part of the forces that are in equilibrium, those of walls among
    them; not of the first residual, which may be rounding already. */
 PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal step, PetscReal f,
-                                SNESConvergedReason *reason, void *ctx)
+                                  SNESConvergedReason *reason, void *ctx)
 {
   struct MPMStatic *s = ctx;
   PetscReal         rtol;
@@ -189,7 +191,7 @@ PetscErrorCode MPMStaticConverged(SNES snes, PetscInt it, PetscReal x, PetscReal
 static PetscErrorCode Worst(struct MPMStatic *s, char words[2 * MPM_NAME_LEN])
 {
   const MPMCore *core = s->core;
-  const PetscInt dim = core->grid.dim;
+  const PetscInt dim  = core->grid.dim;
   PetscInt       most, begin, end;
   PetscReal      value, at[3] = {0, 0, 0};
   char           place[MPM_NAME_LEN];
@@ -218,12 +220,12 @@ static PetscErrorCode Worst(struct MPMStatic *s, char words[2 * MPM_NAME_LEN])
 /* Says in core->stop why a step found no equilibrium. */
 static PetscErrorCode Fail(struct MPMStatic *s, SNESConvergedReason reason)
 {
-  MPMCore            *core = s->core;
-  KSP                 ksp;
-  KSPConvergedReason  linear;
-  PetscInt            it;
-  char                why[MPM_NAME_LEN], where[2 * MPM_NAME_LEN];
-  const char         *what = s->M ? "no solution of the step" : "no equilibrium";
+  MPMCore           *core = s->core;
+  KSP                ksp;
+  KSPConvergedReason linear;
+  PetscInt           it;
+  char               why[MPM_NAME_LEN], where[2 * MPM_NAME_LEN];
+  const char        *what = s->M ? "no solution of the step" : "no equilibrium";
 
   PetscFunctionBeginUser;
   PetscCall(SNESGetIterationNumber(s->snes, &it));

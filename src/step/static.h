@@ -16,10 +16,10 @@ typedef struct {
 } MPMStaticRun;
 
 struct MPMStatic {
-  PetscReal ramp;  /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
-  PetscReal ghost; /* -method_stabilize_factor, 1; 0: none */
-  PetscReal most;  /* -dt_strain: the most that leap may be, 1 */
-  PetscReal fill;  /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
+  PetscReal ramp;      /* -gravity_ramp: gravity grows linearly over this time, s; 0: it acts at once */
+  PetscReal ghost;     /* -method_stabilize_factor, 1; 0: none */
+  PetscReal most;      /* -dt_strain: the most that leap may be, 1 */
+  PetscReal fill;      /* -method_stabilize_fill: nodes with a smaller share of matter are weak */
   PetscBool searches;  /* a law is plastic: a solve that fails is made again with shortened steps of Newton */
   PetscBool inertia;   /* -method_time euler or newmark */
   PetscBool stale;     /* particles of the updated frame have moved since the unknowns were found */
@@ -28,40 +28,40 @@ struct MPMStatic {
 
   /* The unknowns: the displacements of own nodes that have mass, or on which a strain depends, [n][dim], in the order of the
      patch's rows. */
-  PetscInt   n;
-  PetscInt  *node;  /* [n] the node, in the patch's arrays */
-  PetscInt  *at;    /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */
-  DM         numbers; /* the nodes of the grid, one number each, with ghosts on both sides */
-  PetscInt   lo[3], wide[3]; /* the box of nodes that `at` covers */
+  PetscInt      n;
+  PetscInt     *node;           /* [n] the node, in the patch's arrays */
+  PetscInt     *at;             /* [nodes of `numbers` here] number of the node's unknowns over dim, -1: it has none */
+  DM            numbers;        /* the nodes of the grid, one number each, with ghosts on both sides */
+  PetscInt      lo[3], wide[3]; /* the box of nodes that `at` covers */
   PetscInt      nruns;
-  MPMStaticRun *run; /* [nruns] in a sequence that for each node is the same however the grid is cut */
-  PetscBool *pressed; /* [n][dim] is it held for now (MPMStaticPress)? NULL: no wall pushes */
-  PetscBool *held;  /* [n][dim] does a wall hold it? */
-  PetscReal *known; /* [n][dim] where a wall holds it at the end of the step, m */
-  Vec        bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
-  SNES       snes;
-  Mat        K, ghosts; /* the tangent; the stabilisation, N/m, which is constant, NULL: there is none */
-  Mat        M;         /* the masses, kg, of steps with inertia; NULL: they have none */
-  Vec        u, r, was, work; /* displacements; residual, N; displacements as the step begins */
-  Vec        v, past;   /* velocities and forces as the step begins, m/s, N, of steps with inertia */
-  PetscReal  beta, gamma;    /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
-  PetscReal  per, held_over; /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
-  PetscReal  nominal;   /* a large entry of K, N/m */
-  PetscReal  grain;     /* N/m: all entries are multiples, so that their sums are exact in any sequence; 0: they are not */
-  PetscReal  scale;     /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
-  PetscReal  norm;      /* of the residual of that state, N, the same bits on any number of processes */
-  PetscReal  stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
-  PetscReal  residual;  /* of the last solve, N */
+  MPMStaticRun *run;      /* [nruns] in a sequence that for each node is the same however the grid is cut */
+  PetscBool    *pressed;  /* [n][dim] is it held for now (MPMStaticPress)? NULL: no wall pushes */
+  PetscBool    *held;     /* [n][dim] does a wall hold it? */
+  PetscReal    *known;    /* [n][dim] where a wall holds it at the end of the step, m */
+  Vec           bound[2]; /* of displacements, by walls that only push, m; NULL: there are none */
+  SNES          snes;
+  Mat           K, ghosts;       /* the tangent; the stabilisation, N/m, which is constant, NULL: there is none */
+  Mat           M;               /* the masses, kg, of steps with inertia; NULL: they have none */
+  Vec           u, r, was, work; /* displacements; residual, N; displacements as the step begins */
+  Vec           v, past;         /* velocities and forces as the step begins, m/s, N, of steps with inertia */
+  PetscReal     beta, gamma;     /* of Newmark's steps: -method_gamma/2 and that; of Euler's 1 and 0 */
+  PetscReal     per, held_over;  /* of this step: 1/(beta dt^2), and the share of past in the inertial forces */
+  PetscReal     nominal;         /* a large entry of K, N/m */
+  PetscReal grain; /* N/m: all entries are multiples, so that their sums are exact in any sequence; 0: they are not */
+  PetscReal scale; /* norm of all forces on nodes in the last state that was tried, those of walls among them, N */
+  PetscReal norm;  /* of the residual of that state, N, the same bits on any number of processes */
+  PetscReal stiff, least; /* Pa, the largest modulus; N: a norm of this size is rounding */
+  PetscReal residual;     /* of the last solve, N */
 
   const MPMScene *scene;
   const MPMTime  *time;
   MPMCore        *core;
-  PetscReal       leap;  /* the largest component of the displacement gradient of the step */
-  PetscReal       share; /* of gravity at the end of this step */
-  PetscBool       bad;   /* the last trial state was turned inside out */
-  PetscInt        solve, tangent; /* timers */
+  PetscReal       leap;                           /* the largest component of the displacement gradient of the step */
+  PetscReal       share;                          /* of gravity at the end of this step */
+  PetscBool       bad;                            /* the last trial state was turned inside out */
+  PetscInt        solve, tangent;                 /* timers */
   PetscInt        newton, krylov, solves, failed; /* of all steps since the start of this program */
-  PetscLogDouble  began; /* when the first solve did, s */
+  PetscLogDouble  began;                          /* when the first solve did, s */
 };
 
 /* Reads -gravity_ramp and -method_stabilize*; faults are left in the options. Create follows the set-up of particles and
@@ -151,6 +151,7 @@ PetscReal      MPMStaticShare(const struct MPMStatic *, PetscReal t);
    inside out; the residual; the tangent; whether Newton's method has converged. Collective on exchange.data. */
 PetscErrorCode MPMStaticResidual(SNES, Vec u, Vec r, void *);
 PetscErrorCode MPMStaticJacobian(SNES, Vec u, Mat, Mat, void *);
-PetscErrorCode MPMStaticConverged(SNES, PetscInt it, PetscReal x, PetscReal step, PetscReal f, SNESConvergedReason *, void *);
+PetscErrorCode MPMStaticConverged(SNES, PetscInt it, PetscReal x, PetscReal step, PetscReal f, SNESConvergedReason *,
+                                  void *);
 
 #endif

@@ -3,9 +3,9 @@
 #include "parallel/exchange.h"
 #include "step/static.h"
 
-#define NEARLY  1e-6 /* of a share: a node at a flat surface has half of its matter, whatever rounding says */
+#define NEARLY  1e-6    /* of a share: a node at a flat surface has half of its matter, whatever rounding says */
 #define GRAIN   0x1p-40 /* of the volume of a cell: volumes of nodes are multiples of it, and their sums exact */
-#define SAMPLES 8 /* of a basis function in each cell, for how much of it lies in the grid */
+#define SAMPLES 8       /* of a basis function in each cell, for how much of it lies in the grid */
 
 /* Sets inside [nodes of axis d] to the integral over the grid, in cells, of the basis functions along axis d. */
 static PetscErrorCode Inside(const MPMCore *core, PetscInt d, PetscReal **inside)
@@ -36,12 +36,13 @@ static PetscErrorCode FindWeak(struct MPMStatic *s, PetscReal weak[])
 {
   MPMCore       *core   = s->core;
   const MPMGrid *grid   = &core->grid;
-  const PetscInt dim    = grid->dim, fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt dim    = grid->dim,
+                 fields = MPM_BIT(X) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(kind) | MPM_BIT(l);
   PetscReal     *own, *inside[3], h = 1;
   Vec            volume;
   PetscScalar   *v;
   MPMView        view;
-  MPMStaticNodes        t;
+  MPMStaticNodes t;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) h *= grid->h[d];

@@ -47,7 +47,7 @@ PetscErrorCode MPMStaticInertiaBegin(struct MPMStatic *s)
 
   PetscFunctionBeginUser;
   if (!s->M) PetscFunctionReturn(PETSC_SUCCESS);
-  s->per  = 1 / (s->beta * dt * dt);
+  s->per       = 1 / (s->beta * dt * dt);
   s->held_over = s->gamma > 0 ? (1 - s->gamma) / s->gamma : 0;
   PetscCall(VecGetArray(s->v, &v));
   PetscCall(VecGetArray(s->u, &u));

@@ -81,10 +81,11 @@ static PetscErrorCode ReplaceHeld(struct MPMStatic *s, Mat K, Vec x, Vec b)
 
 /* Adds to the stiffness of a cell what particles `from` to `to` - 1 of the order, all that it has of one material or more, do to
    each other by F-bar: outer products of what forces do by the two means, and what these do by displacements. */
-static PetscErrorCode AddMeans(struct MPMStatic *s, MPMStaticLaw *law, PetscInt from, PetscInt to, PetscScalar stiffness[])
+static PetscErrorCode AddMeans(struct MPMStatic *s, MPMStaticLaw *law, PetscInt from, PetscInt to,
+                               PetscScalar stiffness[])
 {
-  const MPMCore  *core  = s->core;
-  const PetscInt  dim   = core->grid.dim, nc = law->law.round ? dim * dim + 1 : dim * dim;
+  const MPMCore  *core = s->core;
+  const PetscInt  dim = core->grid.dim, nc = law->law.round ? dim * dim + 1 : dim * dim;
   const PetscInt *order = core->particles.order;
   MPMStaticNodes  t;
   MPMStaticMeans  means;
@@ -92,8 +93,8 @@ static PetscErrorCode AddMeans(struct MPMStatic *s, MPMStaticLaw *law, PetscInt 
   PetscFunctionBeginUser;
   for (PetscInt m = 0; m < core->params.nmaterials; m++) {
     PetscReal sides[3][MPM_STATIC_NODES * 3] = {{0}}; /* forces by theta; theta; eta */
-    PetscBool any = PETSC_FALSE;
-    PetscInt  n   = 0;
+    PetscBool any                            = PETSC_FALSE;
+    PetscInt  n                              = 0;
 
     MPMStaticFindMeans(s, law, m, from, to, &means);
     for (PetscInt k = from; k < to; k++) {

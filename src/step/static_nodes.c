@@ -184,8 +184,9 @@ PetscErrorCode MPMStaticCreateMatrix(struct MPMStatic *s, PetscInt reach, Mat *A
         for (PetscInt i = from[0]; i <= to[0]; i++) {
           const PetscInt  there[3] = {ijk[0] + i, ijk[1] + j, ijk[2] + k};
           const PetscBool line     = (PetscBool)((i != 0) + (j != 0) + (k != 0) <= 1);
-          const PetscBool box = (PetscBool)(PetscAbsInt(i) <= reach && PetscAbsInt(j) <= reach && PetscAbsInt(k) <= reach);
-          const PetscInt  number = s->at[MPMStaticPlace(s, there)];
+          const PetscBool box      = (PetscBool)(PetscAbsInt(i) <= reach && PetscAbsInt(j) <= reach &&
+                                            PetscAbsInt(k) <= reach);
+          const PetscInt  number   = s->at[MPMStaticPlace(s, there)];
 
           if (number >= 0 && (line || box)) n[number * dim >= begin && number * dim < end ? 0 : 1]++;
         }
@@ -236,7 +237,7 @@ PetscErrorCode MPMStaticNumber(struct MPMStatic *s)
   MPMCore        *core  = s->core;
   const MPMPatch *patch = &core->exchange.patch;
   const PetscInt  dim   = core->grid.dim;
-  PetscInt        most = 0, begin, size, x[3], m[3];
+  PetscInt        most  = 0, begin, size, x[3], m[3];
   PetscReal      *own, *value;
   PetscScalar    *mark;
   Vec             strained;

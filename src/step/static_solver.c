@@ -4,8 +4,8 @@
 #include "physics/tangent.h"
 #include "step/static.h"
 
-#define ITERATIONS 25   /* of Newton, before a step is made anew with half its length */
-#define GRAIN      43   /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
+#define ITERATIONS 25 /* of Newton, before a step is made anew with half its length */
+#define GRAIN      43 /* binary digits of the entries of K below that of a large one; sums of up to 2^10 of that are exact */
 #define ROUNDING   1e-13 /* of the largest stiffness: a smaller force on a node is rounding */
 
 PetscErrorCode MPMStaticSetFromOptions(MPMCore *core, const MPMScene *scene, const MPMTime *when, MPMOptions o)
@@ -99,7 +99,8 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  direct = core->grid.dim < 3 ? PETSC_TRUE : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
+  direct = core->grid.dim < 3 ? PETSC_TRUE
+                              : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
   PetscCall(SNESSetType(s->snes, s->bound[0] ? SNESVINEWTONRSLS : SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
@@ -132,7 +133,8 @@ static PetscErrorCode Build(struct MPMStatic *s)
   int            exponent;
 
   PetscFunctionBeginUser;
-  s->nominal = s->stiff / PetscSqr(MPMGridSmallestH(&core->grid)) * (core->grid.round ? 2 * PETSC_PI * core->grid.upper[0] : 1);
+  s->nominal = s->stiff / PetscSqr(MPMGridSmallestH(&core->grid)) *
+               (core->grid.round ? 2 * PETSC_PI * core->grid.upper[0] : 1);
   for (PetscInt d = 0; d < core->grid.dim; d++) s->nominal *= core->grid.h[d];
   (void)frexp(s->nominal, &exponent);
   s->grain = s->ghost > 0 ? ldexp(1, exponent - GRAIN) : 0; /* without springs there may be smaller entries */
@@ -160,7 +162,8 @@ PetscErrorCode MPMStaticRenew(struct MPMStatic *s)
   s->stale = PETSC_FALSE;
   PetscCall(MPMTimersBegin(&core->timers, s->solve));
   PetscCall(Clear(s));
-  PetscCall(PetscArrayzero(core->exchange.patch.state, MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim)));
+  PetscCall(
+      PetscArrayzero(core->exchange.patch.state, MPMPatchNodes(&core->exchange.patch) * MPM_MOTION_NC(core->grid.dim)));
   PetscCall(Build(s));
   PetscCall(MPMTimersEnd(&core->timers, s->solve));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,9 +194,9 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
 
 PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
 {
-  PetscInt                 n;
-  char                   **names, **values;
-  struct MPMStatic        *s = core->implicit;
+  PetscInt          n;
+  char            **names, **values;
+  struct MPMStatic *s = core->implicit;
 
   PetscFunctionBeginUser;
   if (!s || !s->solves || s->checked) PetscFunctionReturn(PETSC_SUCCESS);
@@ -201,10 +204,11 @@ PetscErrorCode MPMStaticCheckOptions(MPMCore *core)
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++)
     if (!core->stop[0] && MPMOptionsIsOfSolver(names[k]))
-      (void)snprintf(core->stop, sizeof core->stop,
-                     "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
-                     "-snes_view says which solvers these are",
-                     names[k]);
+      (void)snprintf(
+          core->stop, sizeof core->stop,
+          "-%.100s is an option that PETSc's solvers of this run do not have; -help lists those of PETSc, and "
+          "-snes_view says which solvers these are",
+          names[k]);
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -260,7 +264,8 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
   if (whole) PetscCall(PCShellGetName(pc, &with));
   PetscCall(IsExact(s, &exact));
   PetscCall(MPMPrint(&core->print,
-                     "solver     %" PetscInt_FMT " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, "
+                     "solver     %" PetscInt_FMT
+                     " unknowns, matrices of %.3g MB, about %.3g MB for pc; snes %s with line search %s, "
                      "ksp %s, pc %s; the same bits %s\n",
                      n, (double)(bytes / 1e6), (double)(solver / 1e6), type, how, linear, with,
                      exact && s->searches ? "on any number of processes, but where a step needs a line search"
@@ -268,7 +273,8 @@ PetscErrorCode MPMStaticPrint(const MPMCore *core)
                                           : "each time on as many processes"));
   for (PetscInt k = 0; k < core->params.nmaterials; k++)
     if (!MPMTangentIsOwn(&core->params.materials[k]))
-      PetscCall(MPMPrint(&core->print, "tangent    of %s by differences of its stress: its law has no tangent of its own\n",
+      PetscCall(MPMPrint(&core->print,
+                         "tangent    of %s by differences of its stress: its law has no tangent of its own\n",
                          core->params.materials[k].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

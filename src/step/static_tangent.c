@@ -69,8 +69,8 @@ static void Deformation(PetscInt dim, const PetscReal *F, const PetscReal *F33, 
 }
 
 /* Sets H [nc] to the displacement gradient of the step, in the state as it began, of particle p with the trial state F. */
-static void StepGradient(PetscInt dim, PetscInt nc, const MPMView *view, const PetscReal *F, const PetscReal *F33, PetscInt p,
-                         PetscReal H[])
+static void StepGradient(PetscInt dim, PetscInt nc, const MPMView *view, const PetscReal *F, const PetscReal *F33,
+                         PetscInt p, PetscReal H[])
 {
   PetscReal was[MPM_STATIC_NC], now[MPM_STATIC_NC], back[MPM_STATIC_NC];
 
@@ -176,7 +176,7 @@ PetscErrorCode MPMStaticLawBegin(struct MPMStatic *s, MPMStaticLaw *q)
   PetscCall(PetscMalloc2(PetscMax(1, n * nc), &q->tau, PetscMax(1, n * nc * nc), &q->C));
   for (PetscInt p = 0; p < n; p++) StepGradient(dim, nc, &q->view, q->F, q->F33, p, H + p * nc);
   (void)MPMTangentTrial(&q->law, 0, n, H, q->tau, q->C); /* the residual has found all of them in order */
-  for (PetscInt p = 0; p < n; p++) { /* tau = T f^T, and dtau - tau dl^T = (A : dl f) f^T */
+  for (PetscInt p = 0; p < n; p++) {                     /* tau = T f^T, and dtau - tau dl^T = (A : dl f) f^T */
     PetscReal *f = H + p * nc, *tau = q->tau + p * nc, *C = q->C + p * nc * nc, one[MPM_STATIC_NC];
 
     (void)Unit(dim, nc, one);
@@ -243,7 +243,7 @@ void MPMStaticFindMeans(const struct MPMStatic *s, const MPMStaticLaw *q, PetscI
   }
   if (!(means->volume > 0)) return;
   means->mean /= means->volume;
-  means->slope = means->slope / means->volume - means->mean;
+  means->slope  = means->slope / means->volume - means->mean;
   means->weight = core->params.lock_share * means->volume;
 }
 
@@ -269,7 +269,7 @@ static PetscErrorCode AddLoads(struct MPMStatic *s, MPMStaticLaw *q, PetscInt p,
     X[a] -= c * row;
   }
   for (PetscInt d = 0; d < dim; d++) {
-    PetscReal *B = to->B + d * nc, sum = 0;
+    PetscReal      *B = to->B + d * nc, sum = 0;
     const PetscReal m = MPMKindOf(core->params.kinds, &q->view, p)->m;
 
     TurnOne(dim, nc, F, B);
@@ -283,13 +283,13 @@ static PetscErrorCode AddLoads(struct MPMStatic *s, MPMStaticLaw *q, PetscInt p,
 PetscErrorCode MPMStaticParticleTangent(struct MPMStatic *s, MPMStaticLaw *q, const MPMStaticMeans *means, PetscInt p,
                                         MPMStaticParticle *to)
 {
-  MPMCore         *core = s->core;
-  const PetscInt   dim = core->grid.dim, nc = MPMTangentNumbers(dim, q->law.round);
-  const PetscReal  V0 = MPMKindOf(core->params.kinds, &q->view, p)->V0, *C = q->C + p * nc * nc;
-  PetscReal        tau[MPM_STATIC_NC], F[MPM_STATIC_NC], back[MPM_STATIC_NC], one[MPM_STATIC_NC], *D = to->A, *X = to->forces;
-  PetscReal        axes = Unit(dim, nc, one), c = Follows(s, q, p, axes), J = Ratio(dim, q, p, axes);
-  PetscReal        alpha = q->bar ? core->params.lock_share : 0, column[MPM_STATIC_NC] = {0}, row[MPM_STATIC_NC] = {0};
-  PetscReal        both = 0, own = 0; /* I : C : I; the mean normal stress */
+  MPMCore        *core = s->core;
+  const PetscInt  dim = core->grid.dim, nc = MPMTangentNumbers(dim, q->law.round);
+  const PetscReal V0 = MPMKindOf(core->params.kinds, &q->view, p)->V0, *C = q->C + p * nc * nc;
+  PetscReal tau[MPM_STATIC_NC], F[MPM_STATIC_NC], back[MPM_STATIC_NC], one[MPM_STATIC_NC], *D = to->A, *X = to->forces;
+  PetscReal axes = Unit(dim, nc, one), c = Follows(s, q, p, axes), J = Ratio(dim, q, p, axes);
+  PetscReal alpha = q->bar ? core->params.lock_share : 0, column[MPM_STATIC_NC] = {0}, row[MPM_STATIC_NC] = {0};
+  PetscReal both = 0, own = 0; /* I : C : I; the mean normal stress */
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(to, sizeof *to));

@@ -14,8 +14,8 @@
    tau [n][nc], Pa, and their derivatives C [n][nc*nc] by dl = df f^-1, Pa. */
 typedef struct {
   MPMTangent law;
-  MPMView    view, loaded;      /* loaded: with F and F33 of the trial state */
-  PetscReal *F, *F33, *bar;     /* of the trial state; NULL: there are none */
+  MPMView    view, loaded;  /* loaded: with F and F33 of the trial state */
+  PetscReal *F, *F33, *bar; /* of the trial state; NULL: there are none */
   PetscReal *tau, *C;
 } MPMStaticLaw;
 
@@ -50,8 +50,8 @@ MPM_INLINE PetscReal MPMStaticAlong(PetscInt dim, PetscInt nc, const MPMStaticNo
    ParticleTangent computes what particle p does. Not collective. */
 PetscErrorCode MPMStaticLawBegin(struct MPMStatic *, MPMStaticLaw *);
 PetscErrorCode MPMStaticLawEnd(struct MPMStatic *, MPMStaticLaw *);
-void           MPMStaticFindMeans(const struct MPMStatic *, const MPMStaticLaw *, PetscInt m, PetscInt from, PetscInt to,
-                                  MPMStaticMeans *);
+void MPMStaticFindMeans(const struct MPMStatic *, const MPMStaticLaw *, PetscInt m, PetscInt from, PetscInt to,
+                        MPMStaticMeans *);
 PetscErrorCode MPMStaticParticleTangent(struct MPMStatic *, MPMStaticLaw *, const MPMStaticMeans *, PetscInt p,
                                         MPMStaticParticle *);
 

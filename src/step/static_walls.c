@@ -73,8 +73,8 @@ PetscErrorCode MPMStaticPress(struct MPMStatic *s, Vec r)
   for (PetscInt k = 0; k < s->n * s->core->grid.dim; k++) {
     if (!(u[k] <= bound[0][k] && force[k] > 0) && !(u[k] >= bound[1][k] && force[k] < 0)) continue;
     s->held[k] = s->pressed[k] = PETSC_TRUE;
-    s->known[k] = u[k];
-    force[k]    = 0;
+    s->known[k]                = u[k];
+    force[k]                   = 0;
   }
   PetscCall(VecRestoreArray(r, &force));
   PetscCall(VecRestoreArrayRead(s->u, &u));

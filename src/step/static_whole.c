@@ -67,7 +67,8 @@ static PetscErrorCode SetUp(PC pc)
   PetscFunctionBeginUser;
   PetscCall(PCShellGetContext(pc, &w));
   PetscCall(PCGetOperators(pc, NULL, &K));
-  PetscCall(MatCreateSubMatrices(K, 1, &w->order, &w->order, w->whole ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &w->whole));
+  PetscCall(
+      MatCreateSubMatrices(K, 1, &w->order, &w->order, w->whole ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &w->whole));
   /* Without this PETSc 3.18 does not know that the matrix is another, and keeps the factors. */
   PetscCall(MatAssemblyBegin(w->whole[0], MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(w->whole[0], MAT_FINAL_ASSEMBLY));

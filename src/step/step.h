@@ -151,7 +151,8 @@ typedef struct {
 } MPMTime;
 
 PetscReal MPMTimeStep(const MPMCore *, const MPMTime *); /* dt of the next step, s */
-PetscReal MPMRigidStep(const MPMCore *, PetscReal dt, PetscInt *which); /* dt, or less: a rigid body comes as far as it may;
+PetscReal MPMRigidStep(const MPMCore *, PetscReal dt,
+                       PetscInt *which);             /* dt, or less: a rigid body comes as far as it may;
                                                                            which: that body, or -1 */
 PetscReal MPMKick(PetscReal was, PetscReal dt);      /* time over which velocities change in it, s; was: dt before */
 PetscReal MPMCourant(const MPMCore *, PetscReal dt); /* dt (c + |v|)/h of the present state */

@@ -120,10 +120,11 @@ static PetscErrorCode View(MPM scene, PetscMPIInt size, PetscMPIInt rank, const 
                        "work was running here, and runs beside it take longer than predicted\n",
                        (double)varied));
   if (negative[0])
-    PetscCall(MPMPrint(&scene->core.print,
-                       "note       %s: the difference of two times is negative, so 0 is taken; calibrate again on a quiet "
-                       "machine\n",
-                       negative));
+    PetscCall(
+        MPMPrint(&scene->core.print,
+                 "note       %s: the difference of two times is negative, so 0 is taken; calibrate again on a quiet "
+                 "machine\n",
+                 negative));
   if (size == 1)
     PetscCall(MPMPrint(&scene->core.print,
                        "note       messages and the pool were not measured: start on 2 processes or "
@@ -216,8 +217,10 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   (void)snprintf(scene->cost.file, sizeof scene->cost.file, "%s", file);
   if (scene->scene.dry_run) MPMOptionsFail(o, "make calibrate does not go with -dry_run: it times short runs");
   if (scene->core.implicit)
-    MPMOptionsFail(o, "make calibrate times explicit steps, not those of -method_time static, euler or newmark: their time is predicted "
-                      "from the first iterations of Newton's method");
+    MPMOptionsFail(
+        o,
+        "make calibrate times explicit steps, not those of -method_time static, euler or newmark: their time is predicted "
+        "from the first iterations of Newton's method");
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMNotes(&scene->core, &scene->scene, &scene->monitor, &scene->output, &scene->report));
   if (scene->report.limits)

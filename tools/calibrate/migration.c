@@ -85,8 +85,10 @@ void FitMigration(PetscMPIInt size, const MigrationTimes *a, const MigrationTime
     MPMMigration   *g        = &m->migration[way];
     const PetscReal messages = MPMModelMigrationMessages(m, way == DIRECT, a->axes, (PetscReal)size);
 
-    g->particle = Difference("migration.particle", (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
-    g->leaver   = Difference("migration.leaver", b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
-    g->call     = Difference("migration.call", a->migration[way] - a->particles * g->particle - messages);
+    g->particle = Difference("migration.particle",
+                             (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
+    g->leaver   = Difference("migration.leaver", b->migration[SWAP] - b->migration[DIRECT]) /
+                SWAPPED; /* both ways copy them alike */
+    g->call = Difference("migration.call", a->migration[way] - a->particles * g->particle - messages);
   }
 }
