@@ -51,8 +51,11 @@ PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal whole, longest;
 
   if (look->core->implicit || look->scene->known || k || look->core->stages.n) return PETSC_FALSE;
-  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
-    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, j);
+
+    if (MPMUnlikelyChanges(look, j) && !MPMUnlikelySteady(look, &f)) return PETSC_FALSE;
+  }
   longest    = Longest(look, &whole, odd->other);
   odd->ratio = (MPMUnlikelyEnd(look) - look->core->t) / whole;
   MPMUnlikelyWrite(odd->meant, (MPMUnlikelyEnd(look) - look->core->t) / longest);
