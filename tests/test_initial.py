@@ -122,6 +122,9 @@ def check_restless():
                                   "-body_r_lower 0.3,0", "-body_r_upper 0.4,0.1", "-body_r_rigid free", "-body_r_rho 1000"], more=["-initial_stress k0", "-time_max_steps 1"])
     said = re.search(r"else let it settle (.*)$", check.must("-options_file", path, "-report_indicator", "false").out, re.M)
     check.that(said and said[1] == "first, since rigid bodies that are free cannot be damped: start later what is to be seen", f"beside a free rigid body: {said and said[1]}")
+    path = column("plate", bodies=["-bodies b,r", "-body_b_shape box", "-body_b_lower 0,0", "-body_b_upper 0.5,0.75", "-body_b_material m", "-body_r_shape box", "-body_r_lower 0,0.75",
+                                   "-body_r_upper 0.25,0.9", "-body_r_rigid moving", "-body_r_velocity 0,-0.1"], more=["-initial_stress k0", "-time_max_steps 1"])
+    check.that("does not rest" not in check.must("-options_file", path, "-report_indicator", "false").out, "no warning below a plate that moves from the start")
     for what, options in (("it shall settle", ["-damping_kinetic"]), ("it has a velocity", ["-body_b_velocity", "0,1e-3"])):
         run, warned = first("meant", *options, free=["ymin"])
         check.that(not warned, f"no warning where {what}")

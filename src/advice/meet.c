@@ -205,8 +205,9 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
       touch = IsClosed(l, a, gap);
       if (gap == PETSC_MIN_REAL) PetscCall(ShareCells(l, PETSC_TRUE, SPACING, a, b, &touch));
       if (touch)
-        PetscCall(MPMNote(&core->print, "%s and %s touch at the start: in the total frame they are one piece for ever",
-                          l->scene->bodies[a].name, l->scene->bodies[b].name));
+        PetscCall(MPMNote(&core->print, "%s and %s touch at the start: in the total frame they are one piece %s",
+                          l->scene->bodies[a].name, l->scene->bodies[b].name,
+                          core->stages.now < core->stages.n ? "in this stage" : "for ever"));
       else
         (void)snprintf(core->stop, sizeof core->stop,
                        "%s and %s have nodes in common though they do not touch: in the total frame these would join "

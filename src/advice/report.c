@@ -124,6 +124,22 @@ static PetscErrorCode PrintInAll(const MPMCore *core, PetscInt n, const PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does a stage give a load another value? */
+static PetscBool IsOfStage(const MPMScene *scene, const MPMLoad *load)
+{
+  PetscBool any = PETSC_FALSE;
+
+  for (PetscInt s = 0; s < scene->nstages; s++) {
+    char      name[4 * MPM_NAME_LEN];
+    PetscBool given = PETSC_FALSE;
+
+    (void)snprintf(name, sizeof name, "-stage_%s_load_%s_value", scene->stages[s], load->name);
+    (void)PetscOptionsHasName(NULL, NULL, name, &given);
+    any = any || given ? PETSC_TRUE : PETSC_FALSE;
+  }
+  return any;
+}
+
 /* Prints what a load on a volume acts on, and how large it is when it is largest. */
 static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene, PetscReal end, const MPMLoad *load)
 {
@@ -145,7 +161,7 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
   PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s", load->name,
                      load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n, scene->bodies[load->body].name));
   PetscCall(PrintInAll(core, load->nc, largest, PetscSqrtReal(most), load->type == MPM_LOAD_FORCE ? "N" : "N m", at));
-  if (!(most > 0) && end > 0)
+  if (!(most > 0) && end > 0 && !IsOfStage(scene, load))
     PetscCall(MPMWarn(&core->print, "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value",
                       load->name, load->name));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,6 +213,28 @@ PetscErrorCode MPMReportParallel(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Appends to the line of a load on a surface where it acts, lower to upper [dim], m, on the axes on which that is less than
+   the body; notes if that is less than a cell of a side of some. */
+static PetscErrorCode PrintExtent(const MPMCore *core, const MPMLoad *load, const PetscReal lower[],
+                                  const PetscReal upper[], const PetscReal whole[], char narrow[MPM_TEXT_LEN])
+{
+  const MPMGrid *grid = &core->grid;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal size = upper[d] - lower[d], h = grid->h[d];
+
+    if (load->sides >> 2 * d & 3 || !(size > 0) || size > whole[d] - 1e-9 * h) continue;
+    PetscCall(MPMPrint(&core->print, ", %c from %.3g to %.3g m", "xyz"[d], (double)lower[d], (double)upper[d]));
+    if (size > h * (1 - 1e-9) || whole[d] < 2 * h) continue;
+    (void)snprintf(narrow, MPM_TEXT_LEN,
+                   "-load_%s_value acts on %.3g m along %c, less than a cell, which smears it; check its places, or "
+                   "choose -grid_h %.3g there, a quarter of that",
+                   load->name, (double)size, "xyz"[d], (double)(size / 4));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal end)
 {
   const PetscInt dim    = core->grid.dim;
@@ -211,6 +249,8 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     const MPMBody *body    = &scene->bodies[load->body];
     PetscInt64     n[7]    = {0}; /* particles, and the areas of their sides, in parts of that of the lattice */
     PetscReal      area[3] = {0}, all[3] = {0}, most = 0, at = 0;
+    PetscReal      lower[3] = {0}, upper[3] = {0}, whole[6]; /* where it acts when it is largest; the body */
+    char           narrow[MPM_TEXT_LEN] = "";
     MPMSum         rings[3]; /* of a body of revolution: areas */
 
     if (MPMLoadIsOnVolume(load)) {
@@ -218,6 +258,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
       continue;
     }
     for (PetscInt d = 0; d < 3; d++) MPMSumZero(&rings[d]);
+    for (PetscInt d = 0; d < 6; d++) whole[d] = -PETSC_MAX_REAL;
     for (PetscInt p = 0; p < view.n; p++) {
       PetscInt sides = 0;
 
@@ -226,6 +267,10 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
 
       if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
       n[0]++;
+      for (PetscInt d = 0; d < dim; d++) {
+        whole[d]     = PetscMax(whole[d], -view.X[p * dim + d] + 0.5 * body->b[d]);
+        whole[3 + d] = PetscMax(whole[3 + d], view.X[p * dim + d] + 0.5 * body->b[d]);
+      }
       for (PetscInt k = 0; k < 2 * dim; k++)
         if (sides >> k & 1) n[1 + k] += (PetscInt64)(MPM_SKIN_AREA * MPMSkinArea(view.depth[2 * dim * p + k]));
       for (PetscInt k = 0; k < 2 * dim && body->round; k++)
@@ -246,20 +291,30 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, body->round ? 2 : dim - 1));
     for (PetscInt k = 0; k <= 10; k++) {
       const PetscReal t = end * k / 10;
-      MPMSum          sum[4];
+      PetscReal       from[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL},
+                to[3]         = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
+      MPMSum sum[4];
 
       for (PetscInt c = 0; c < 4; c++) MPMSumZero(&sum[c]);
-      PetscCall(MPMForcesAdd(scene, core, load, &view, t, sum));
+      PetscCall(MPMForcesAdd(scene, core, load, &view, t, sum, from, to));
       PetscCall(MPMSumReduce(sum, 4, core->exchange.data));
       if (!(MPMSumValue(&sum[3]) > most)) continue;
       at   = t;
       most = MPMSumValue(&sum[3]);
+      PetscCall(PetscArraycpy(lower, from, 3));
+      PetscCall(PetscArraycpy(upper, to, 3));
       for (PetscInt d = 0; d < dim; d++) all[d] = MPMSumValue(&sum[d]);
     }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, lower, 3, MPIU_REAL, MPI_MIN, core->exchange.data));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, upper, 3, MPIU_REAL, MPI_MAX, core->exchange.data));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, whole, 6, MPIU_REAL, MPI_MAX, core->exchange.data));
+    for (PetscInt d = 0; d < 3; d++) whole[d] += whole[3 + d];
+    PetscCall(PrintExtent(core, load, lower, upper, whole, narrow));
     PetscCall(PrintInAll(core, dim, all, most, "N", at));
+    if (narrow[0]) PetscCall(MPMNote(&core->print, "%s", narrow));
     if (!n[0])
       PetscCall(MPMWarn(&core->print, "load %s acts on no particle", load->name));
-    else if (!(most > 0) && end > 0)
+    else if (!(most > 0) && end > 0 && !IsOfStage(scene, load))
       PetscCall(MPMWarn(
           &core->print,
           "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",

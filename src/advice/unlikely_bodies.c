@@ -213,6 +213,35 @@ PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMInitialGravity(look->scene) > 0 && look->core->stages.now <= 1 ? OpenSide(look, k, odd) : PETSC_FALSE;
 }
 
+/* How many cells a body with the stress k0 ends before a wall that should hold its side: a gap that is small beside its
+   height, and in which no other body is. */
+PetscBool MPMUnlikely_k0_gap(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid   = &look->core->grid;
+  const PetscReal height = look->upper[k][look->down] - look->lower[k][look->down];
+  PetscReal       lower[3], upper[3];
+
+  if (!(MPMInitialGravity(look->scene) > 0) || look->core->stages.now > 1 || look->core->rigids.n) return PETSC_FALSE;
+  MPMRegionBounds(&look->scene->bodies[k].region, grid->dim, lower, upper);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+  for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+    const PetscInt d = face / 2, side = face % 2;
+    PetscBool      filled = PETSC_FALSE;
+
+    odd->ratio = ((side ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]) - look->scene->walls.place[face]) /
+                 grid->h[d];
+    for (PetscInt b = 0; b < look->scene->nbodies; b++)
+      if (side ? look->upper[b][d] > look->upper[k][d] + 0.05 * grid->h[d]
+               : look->lower[b][d] < look->lower[k][d] - 0.05 * grid->h[d])
+        filled = PETSC_TRUE;
+    if (d == look->down || grid->periodic[d] || filled || !(odd->ratio > 0.3) ||
+        odd->ratio * grid->h[d] > 0.25 * height || !MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_NORMAL))
+      continue;
+    return MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
+  }
+  return PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[k];
@@ -225,6 +254,14 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 }
 
 /* --- Loads -------------------------------------------------------------------------------------------------------- */
+
+/* Is a load a ramp that is longer than the run? That is told, and its size is not. */
+static PetscBool IsRamp(const MPMLook *look, PetscInt k)
+{
+  MPMOdd odd = {0};
+
+  return MPMUnlikely_formula_slow(look, k, &odd) && odd.ratio < 0.1 ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* Sets how large a load is, Pa, per area of the body if it is a force; and the ratio of that to its body's modulus. */
 static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size)
@@ -276,7 +313,8 @@ PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal       size, value;
   const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
 
-  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0)) return PETSC_FALSE;
+  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0) || IsRamp(look, k))
+    return PETSC_FALSE;
   odd->ratio = size / weight;
   value      = strtod(odd->value, NULL);
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
@@ -289,10 +327,17 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad *load = &look->scene->loads[k];
   const PetscInt b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
   const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
+  const PetscReal    height = look->upper[b][look->down] - look->lower[b][look->down];
   PetscReal          x[3] = {0};
+  PetscBool          wide = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
+                           load->sides == (PetscInt)1 << (2 * look->down + (up > 0))
+                       ? PETSC_TRUE
+                       : PETSC_FALSE;
 
+  for (PetscInt d = 0; d < dim; d++) /* ground, and not a bar */
+    wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height) ? PETSC_TRUE : PETSC_FALSE;
   if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID ||
-      !(m->type->traits & MPM_PLASTIC) || load->type == MPM_LOAD_TORQUE ||
+      (!(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
       (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
     return PETSC_FALSE;
   for (PetscInt j = 0; j <= 120;
@@ -310,6 +355,8 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
     odd->ratio = PetscMax(odd->ratio, pull);
   }
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "%s",
+                 m->type->traits & MPM_PLASTIC ? "which bears hardly any tension" : "against its weight");
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
@@ -346,15 +393,85 @@ PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("load", load->name, "_point", odd);
 }
 
+/* Does a load on a face act along its normal alone, at all times? */
+static PetscBool IsNormal(const MPMLook *look, const MPMLoad *load, PetscInt axis)
+{
+  const PetscInt b = load->body, dim = look->core->grid.dim;
+  PetscReal      x[3] = {0};
+
+  if (load->type == MPM_LOAD_PRESSURE) return PETSC_TRUE;
+  for (PetscInt j = 0; j < 8 && MPMUnlikelyPlace(dim, look->lower[b], look->upper[b], 2, j, x); j++)
+    for (PetscInt k = 1; k <= 8; k++) {
+      PetscReal value[9] = {0};
+
+      if (MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)k / 8, value)) return PETSC_FALSE;
+      for (PetscInt d = 0; d < dim; d++)
+        if (d != axis && value[d] != 0) return PETSC_FALSE;
+    }
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
 
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !MPMLoadIsOnVolume(load); face++)
-    if (load->sides == (PetscInt)1 << face && MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT) &&
-        MPMUnlikelyBeside(look, load->body, face) < 0.3)
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !MPMLoadIsOnVolume(load); face++) {
+    const MPMWall type = MPMUnlikelyWall(look, face);
+
+    if (load->sides == (PetscInt)1 << face && MPMUnlikelyBeside(look, load->body, face) < 0.3 &&
+        (MPMWallHas(type, MPM_WALL_TANGENT) ||
+         (MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) &&
+          IsNormal(look, load, face / 2))))
       return MPMUnlikelyGiven("load", load->name, "_face", odd);
+  }
   return PETSC_FALSE;
+}
+
+/* A pressure on one side that changes linearly with depth, as of water: Pa/m, at the largest of 10 times. */
+PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  enum { DEPTHS = 33 };
+  const MPMLoad  *load = &look->scene->loads[k];
+  const PetscInt  b = load->body, dim = look->core->grid.dim, down = look->down;
+  const PetscReal up   = look->core->params.gravity[down] < 0 ? 1 : -1;
+  const PetscReal step = (look->upper[b][down] - look->lower[b][down]) / DEPTHS;
+  PetscReal       most = 0, slope = 0;
+
+  if (!look->earth || load->type != MPM_LOAD_PRESSURE || !(step > 0)) return PETSC_FALSE;
+  for (PetscInt j = 0; j <= 10; j++) {
+    PetscReal p[DEPTHS], x[3] = {0};
+
+    for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lower[b][d] + look->upper[b][d]);
+    for (PetscInt face = 0; face < 2 * dim; face++)
+      if (load->sides == (PetscInt)1 << face) x[face / 2] = face % 2 ? look->upper[b][face / 2] : look->lower[b][face / 2];
+    for (PetscInt n = 0; n < DEPTHS; n++) {
+      PetscReal value[9] = {0};
+
+      x[down] = look->lower[b][down] + step * ((PetscReal)n + 0.5);
+      if (MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)j / 10, value)) return PETSC_FALSE;
+      p[n] = value[0];
+    }
+    for (PetscInt n = 2; n < DEPTHS; n++) /* it changes as much in two layers, in which it acts */
+      if (p[n - 2] != 0 && p[n - 1] != 0 && p[n] != 0 && p[n - 2] != p[n] &&
+          PetscAbsReal(p[n] - 2 * p[n - 1] + p[n - 2]) < 1e-6 * PetscAbsReal(p[n] - p[n - 2]) &&
+          PetscAbsReal(p[n]) > PetscAbsReal(most)) {
+        most  = p[n];
+        slope = -up * (p[n] - p[n - 1]) / step;
+      }
+  }
+  odd->ratio = 1;
+  if (most < 0 && slope < -500 && slope > -3e4) {
+    (void)snprintf(odd->other, MPM_WORDS, "it is negative, and pulls %s", look->scene->bodies[b].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "a pressure that presses is positive");
+  } else if (most > 0 && slope < -500 && slope > -3e4) {
+    (void)snprintf(odd->other, MPM_WORDS, "it grows upward, by %.3g Pa/m", (double)-slope);
+    (void)snprintf(odd->meant, MPM_WORDS, "the pressure of water or ground grows with depth");
+  } else if (most > 0 && slope > 800 && slope < 1300) {
+    (void)snprintf(odd->other, MPM_WORDS, "it grows with depth by %.3g Pa/m, the density of water", (double)slope);
+    (void)snprintf(odd->meant, MPM_WORDS, "its pressure grows by rho g, 9810 Pa/m");
+  } else
+    return PETSC_FALSE;
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }

@@ -292,3 +292,86 @@ PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)snprintf(odd->option, MPM_WORDS, "%s", own.option);
   return PETSC_TRUE;
 }
+
+/* --- Comparisons of places and times ------------------------------------------------------------------------------- */
+
+/* Finds the next comparison of a place or the time with a number in a text, as in (X<2); returns what follows it. */
+static const char *Comparison(const char *at, char *name, PetscBool *less, PetscReal *bound, char words[MPM_WORDS])
+{
+  for (; *at; at++) {
+    const char *first = at + 1;
+    char       *end;
+
+    if (!strchr("xyzXYZt", *at) || !*at || isalnum((unsigned char)at[-1])) continue;
+    while (*first == ' ') first++;
+    if (*first != '<' && *first != '>') continue;
+    *name  = *at;
+    *less  = *first == '<' ? PETSC_TRUE : PETSC_FALSE;
+    *bound = strtod(first + 1 + (first[1] == '='), &end);
+    if (end == first + 1 + (first[1] == '=') || !strchr(") ?&|,;", *end)) continue;
+    (void)snprintf(words, MPM_WORDS, "%.*s", (int)(end - at), at);
+    return end;
+  }
+  return NULL;
+}
+
+/* Sets *body to that of the load of an option, else to -1. */
+static void BodyOf(const MPMScene *scene, const char name[], PetscInt *body)
+{
+  *body = -1;
+  for (PetscInt l = 0; l < scene->nloads; l++) {
+    char own[2 * MPM_NAME_LEN];
+
+    (void)snprintf(own, sizeof own, "load_%s_", scene->loads[l].name);
+    if (strstr(name, own)) *body = scene->loads[l].body;
+  }
+}
+
+/* A comparison that holds everywhere, and at all times, and is not just the first one that bounds a strip; or one with a
+   number that is far from all places and times. */
+PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid *grid = &look->core->grid;
+  char          *text = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], words[MPM_WORDS], of;
+  PetscReal      bound;
+  PetscBool      less;
+
+  if (k || MPMOptionsText(&text)) return PETSC_FALSE;
+  for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
+    PetscInt body, n = 0, all = 0;
+    char     padded[MPM_TEXT_LEN + 1];
+
+    BodyOf(look->scene, name, &body);
+    if (strstr(name, "title") || strstr(name, "expression") || !strpbrk(value, "<>")) continue;
+    (void)snprintf(padded, sizeof padded, "(%.*s", (int)(MPM_TEXT_LEN - 1), value);
+    for (const char *c = padded + 1; (c = Comparison(c, &of, &less, &bound, words)); n++) {
+      const PetscInt  d     = of == 't' ? -1 : tolower((unsigned char)of) - 'x';
+      const PetscReal end   = MPMUnlikelyEnd(look);
+      const PetscReal lower = d < 0 ? 0 : body < 0 ? look->lowest[d] : look->lower[body][d],
+                      upper = d < 0 ? end : body < 0 ? look->highest[d] : look->upper[body][d];
+      const PetscReal size  = d < 0 ? 100 * end : grid->upper[d] - grid->lower[d];
+      const PetscReal far   = d < 0 ? bound / size
+                                    : PetscMax(bound - grid->upper[d], grid->lower[d] - bound) / size;
+      const PetscBool holds = less ? upper <= bound : lower >= bound;
+
+      if (d >= grid->dim || !(size > 0)) continue;
+      all += holds && d >= 0;
+      if (!(far > 1) && !(holds && d >= 0 && body >= 0)) continue;
+      odd->ratio = far > 1 ? 1 : odd->ratio;
+      (void)snprintf(odd->option, MPM_WORDS, "%.150s", name);
+      (void)snprintf(odd->value, MPM_WORDS, "%.150s", value);
+      (void)snprintf(odd->other, MPM_WORDS, "%.40s %s%s%.40s", words, holds ? "holds" : "does not hold",
+                     d < 0 ? " at any time" : body < 0 ? " anywhere" : " anywhere in ",
+                     d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
+      if (holds)
+        (void)snprintf(odd->other, MPM_WORDS, "%.40s holds %s%.40s", words,
+                       d < 0 ? "all the time" : body < 0 ? "everywhere" : "everywhere in ",
+                       d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
+      (void)snprintf(odd->meant, MPM_WORDS, "%c is from %.3g to %.3g", of, (double)lower, (double)upper);
+      if (far > 1) break;
+    }
+    if (n && all == n) odd->ratio = 1;
+  }
+  (void)PetscFree(text);
+  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+}

@@ -240,6 +240,29 @@ PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d    = look->down, face = 2 * d + (look->core->params.gravity[d] < 0);
+  PetscReal       lower[3], upper[3];
+
+  if (k || !(look->g > 0) || look->core->params.deletes || MPMUnlikelyWall(look, face) != MPM_WALL_free) return PETSC_FALSE;
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
+    const MPMSource *s = &look->scene->bodies[b].source;
+    MPMRegion        front = look->scene->bodies[b].region;
+
+    if (!s->on || !(s->along[d] * look->core->params.gravity[d] < -0.9 * look->g)) continue;
+    front.sweep = 0;
+    MPMRegionBounds(&front, grid->dim, lower, upper);
+    odd->ratio = s->speed * (PetscMin(s->to, look->time->end) - s->from) /
+                 PetscMax(1e-9 * grid->h[d], face % 2 ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]);
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "its free face %s", MPMFaceNames[face]);
+    return MPMUnlikelyGiven("body", look->scene->bodies[b].name, "_velocity", odd);
+  }
+  return PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;

@@ -65,16 +65,24 @@ PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd
   return PETSC_TRUE;
 }
 
+/* In 3-D heights may be along any axis: gravity is then along another one than the last where that alone has a floor and
+   no roof. */
 PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscReal *g   = look->core->params.gravity;
-  const PetscInt   dim = look->core->grid.dim;
+  const PetscReal *g    = look->core->params.gravity;
+  const PetscInt   dim  = look->core->grid.dim, last = dim - 1, a = look->down;
+  const PetscBool  roof = MPMUnlikelyWall(look, 2 * a) != MPM_WALL_free && MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free
+                              ? PETSC_TRUE
+                              : PETSC_FALSE;
 
   odd->ratio = 1;
-  if (!look->earth || dim == 1 || look->core->grid.round || PetscAbsReal(g[0]) < look->g * (1 - 1e-9))
+  if (k || !look->earth || dim == 1 || look->core->grid.round || a == last || PetscAbsReal(g[a]) < look->g * (1 - 1e-9) ||
+      (dim == 3 && a != 0 &&
+       !(roof && MPMUnlikelyWall(look, 2 * last) != MPM_WALL_free && MPMUnlikelyWall(look, 2 * last + 1) == MPM_WALL_free)))
     return PETSC_FALSE;
-  for (PetscInt d = 0; d < dim; d++) MPMUnlikelyAppend(odd->meant, 6, d == dim - 1 ? -look->g : 0);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt d = 0; d < dim; d++) MPMUnlikelyAppend(odd->meant, 6, d == last ? -look->g : 0);
+  (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[a]);
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)

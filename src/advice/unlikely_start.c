@@ -132,6 +132,146 @@ PetscBool MPMUnlikely_stress_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikely_stress_small(look, k, odd);
 }
 
+/* Sets the vertical stress by a formula at a place of body b, Pa, and what its slopes along all axes bear, Pa/m, along
+   that axis. Returns false where the body has no such stress. */
+static PetscBool Bears(const MPMLook *look, PetscInt b, const PetscReal x[], PetscReal *stress, PetscReal *slope)
+{
+  const PetscInt dim = look->core->grid.dim, down = look->down;
+
+  *slope = 0;
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal step = 1e-3 * look->core->grid.h[d];
+    PetscReal       y[3] = {x[0], x[1], x[2]}, tau[2];
+
+    for (PetscInt side = 0; side < 2; side++) {
+      MPMMaterialStart s = {0};
+      char             wrong[MPM_TEXT_LEN];
+
+      y[d] = x[d] + (side ? step : -step);
+      if (MPMInitialState(look->scene, look->core, &look->scene->bodies[b], y, &s, wrong)) return PETSC_FALSE;
+      tau[side] = s.tau[MPMSymIndex(PetscMin(d, down), PetscMax(d, down))];
+      *stress   = s.tau[MPMSymIndex(down, down)];
+    }
+    *slope += (tau[1] - tau[0]) / (2 * step);
+  }
+  return PETSC_TRUE;
+}
+
+/* Is the stress at the start a formula of the height, of a size that the weight may have? */
+static PetscBool ByHeight(const MPMLook *look, MPMOdd *odd)
+{
+  const PetscInt dim  = look->core->grid.dim;
+  MPMOdd         size = {0};
+
+  if (!IsStart(look) || dim == 1 || !look->scene->initial || MPMInitialGravity(look->scene) > 0 ||
+      (MPMUnlikely_stress_small(look, 0, &size) && (size.ratio < 5e-3 || size.ratio > 200)))
+    return PETSC_FALSE;
+  return MPMUnlikelyGiven("initial_stress", NULL, "", odd) &&
+                 strchr(odd->value, "xyz"[look->g > 0 ? look->down : dim - 1])
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+/* The force out of balance by a formula, per volume and on average, over the weight or, if that is larger, what the formula
+   bears. */
+PetscBool MPMUnlikely_stress_balance(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal rho  = look->scene->materials[look->scene->bodies[k].material].rho;
+  MPMLook         up   = *look;
+  PetscReal       x[3] = {0}, bears = 0, trace = 0, weight, stress = 0, slope;
+  PetscInt        n = 0;
+
+  if (!ByHeight(look, odd)) return PETSC_FALSE;
+  if (!(look->g > 0)) up.down = look->core->grid.dim - 1;
+  weight = rho * look->core->params.gravity[up.down];
+  for (PetscInt j = 0; MPMUnlikelyPlace(look->core->grid.dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
+    if (!MPMRegionInside(&look->scene->bodies[k].region, look->core->grid.dim, x)) continue;
+    if (!Bears(&up, k, x, &stress, &slope)) return PETSC_FALSE;
+    bears += slope;
+    trace += stress;
+    n++;
+  }
+  if (!n) return PETSC_FALSE;
+  bears /= n;
+  odd->ratio = PetscAbsReal(bears + weight) / PetscMax(PetscAbsReal(bears), PetscAbsReal(weight));
+  if (weight != 0)
+    (void)snprintf(odd->other, MPM_WORDS, "it bears %.3g of the weight of %s, which is %.3g N/m^3",
+                   (double)(-bears / weight), look->scene->bodies[k].name, (double)PetscAbsReal(weight));
+  else
+    (void)snprintf(odd->other, MPM_WORDS, "it changes along %c by %.3g Pa/m in %s, and -gravity there is 0",
+                   "xyz"[up.down], (double)bears, look -> scene -> bodies[k].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "%s",
+                 weight == 0          ? "give -gravity, or another stress"
+                 : trace > 0          ? "this is a tension: compression is negative"
+                 : bears * weight > 0 ? "it has to grow with depth"
+                                      : "check its numbers, and -gravity");
+  return PETSC_TRUE;
+}
+
+/* The vertical stress by a formula at a surface on which there is nothing, over the stress by the weight. */
+PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim = look->core->grid.dim, down = look->down, up = look->core->params.gravity[down] < 0;
+  const PetscReal weight = MPMUnlikelyWeight(look, scene->bodies[k].material),
+                  top    = up ? look->upper[k][down] : look->lower[k][down];
+  PetscReal x[3] = {0}, most = 0, stress = 0, slope;
+
+  if (!(look->g > 0) || !ByHeight(look, odd) || scene->nloads || look->core->rigids.n ||
+      (MPMUnlikelyWall(look, 2 * down + up) != MPM_WALL_free && MPMUnlikelyBeside(look, k, 2 * down + up) < 1))
+    return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    if (up ? look->upper[b][down] > top + 1e-6 * look->core->grid.h[down]
+           : look->lower[b][down] < top - 1e-6 * look->core->grid.h[down])
+      return PETSC_FALSE;
+  for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
+    x[down] = top + (up ? -1e-3 : 1e-3) * look->core->grid.h[down];
+    if (MPMRegionInside(&scene->bodies[k].region, dim, x) && Bears(look, k, x, &stress, &slope) &&
+        PetscAbsReal(stress) > PetscAbsReal(most))
+      most = stress;
+  }
+  odd->ratio = PetscAbsReal(most) / weight;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
+  MPMUnlikelyWrite(odd->meant, most);
+  return PETSC_TRUE;
+}
+
+/* A stress of numbers alone on the side of a body on which a load acts, over the load at the start, or its inverse. */
+PetscBool MPMUnlikely_load_stress(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const PetscInt b = load->body, dim = look->core->grid.dim;
+  PetscReal      x[3] = {0}, has = 0, acts = 0;
+  MPMOdd         stress;
+  char           wrong[MPM_TEXT_LEN];
+
+  if (!IsStart(look) || MPMLoadIsOnVolume(load) || !look->scene->initial ||
+      !MPMUnlikelyGiven("initial_stress", NULL, "", &stress) || !strcasecmp(stress.value, "k0") ||
+      strpbrk(stress.value, "xyz") || !MPMUnlikelyGiven("load", load->name, "_value", odd))
+    return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * dim; face++) {
+    MPMMaterialStart s = {0};
+
+    if (load->sides != (PetscInt)1 << face) continue;
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[b], look->upper[b], PLACES, j, x); j++) {
+      PetscReal value[9] = {0};
+
+      x[face / 2] = face % 2 ? look->upper[b][face / 2] : look->lower[b][face / 2];
+      if (MPMExpressionEvaluate(load->value, dim, x, x, 0, value) ||
+          MPMInitialState(look->scene, look->core, &look->scene->bodies[b], x, &s, wrong))
+        return PETSC_FALSE;
+      acts = load->type == MPM_LOAD_PRESSURE ? value[0] : (face % 2 ? -1 : 1) * value[face / 2];
+      has  = -s.tau[MPMSymIndex(face / 2, face / 2)];
+      if (has == 0 || (acts / has > 0.2 && acts / has < 5)) return PETSC_FALSE;
+    }
+  }
+  odd->ratio = has != 0 ? 1 : 0;
+  (void)snprintf(odd->other, MPM_WORDS,
+                 "presses %s with %.3g Pa at the start, and its -initial_stress there with %.3g Pa",
+                 look->scene->bodies[b].name, (double)acts, (double)has);
+  return PETSC_TRUE;
+}
+
 /* A friction wall, the only one, on which neither weight nor a velocity presses the bodies. */
 PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *odd)
 {

@@ -52,8 +52,11 @@ PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal       whole, longest;
 
   if (look->core->implicit || look->scene->known || k) return PETSC_FALSE;
-  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
-    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, j);
+
+    if (MPMUnlikelyChanges(look, j) && !MPMUnlikelySteady(look, &f)) return PETSC_FALSE;
+  }
   longest    = Longest(look, &whole, odd->other);
   odd->ratio = left / whole;
   MPMUnlikelyWrite(odd->meant, left / longest);

@@ -181,6 +181,20 @@ PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is a place near a rigid body that moves, and pushes what is there from the first step on? */
+static PetscBool IsPushed(const MPMCore *core, const PetscReal x[])
+{
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const MPMRigid *r = &core->rigids.body[k];
+    PetscReal       n[3];
+
+    if (r->moves && !r->free && !r->gone &&
+        MPMRigidDistance(r, core->grid.dim, x, n) < 3 * MPMGridSmallestH(&core->grid))
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* Described in watch.h. Damping means that the body shall settle. */
 PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
 {
@@ -198,6 +212,7 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal v2 = 0;
 
+    if (IsPushed(core, view.x + p * dim)) continue;
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
     Take(&view, dim, p, PetscSqrtReal(v2) / (g * core->t), &most);
   }

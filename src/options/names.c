@@ -443,6 +443,9 @@ PetscErrorCode MPMOptionsFinish(MPMOptions o)
 
     for (PetscInt a = 0; a < o->nasked; a++)
       if (!strcasecmp(o->asked[a], names[k])) asked = PETSC_TRUE;
+    if (!asked && !strncasecmp(names[k], "source_", 7) && strrchr(names[k], '_') > names[k] + 7)
+      MPMOptionsFail(o, "-%s does not apply: %.*s is not among -sources", names[k],
+                     (int)(strrchr(names[k], '_') - names[k] - 7), names[k] + 7);
     if (!asked) MPMOptionsFail(o, "-%s has no effect in this scene; remove it", names[k]);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));

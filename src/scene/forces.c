@@ -197,19 +197,27 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds to sum [4], N, the forces of a load on the particles of a view at time t, s, by axis, and their sizes. Not
-   collective. */
+/* Adds to sum [4], N, the forces of a load on the particles of a view at time t, s, by axis, and their sizes; and lets
+   lower and upper [dim], m, reach as far as the boxes of these. Not collective. */
 PetscErrorCode MPMForcesAdd(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
-                            PetscReal t, MPMSum sum[])
+                            PetscReal t, MPMSum sum[], PetscReal lower[], PetscReal upper[])
 {
+  const PetscInt   dim  = core->grid.dim;
+  const PetscReal *half = scene->bodies[load->body].b;
+
   PetscFunctionBeginUser;
   for (PetscInt p = 0; p < view->n; p++) {
     const PetscReal m    = MPMKindOf(scene->kinds, view, p)->m;
-    PetscReal       b[3] = {0}, S[9] = {0};
+    PetscReal       b[3] = {0}, S[9] = {0}, size;
 
     PetscCall(AddLoad(scene, core, load, view, p, t, b, S));
+    size = m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
     for (PetscInt d = 0; d < 3; d++) MPMSumAdd(&sum[d], m * b[d]);
-    MPMSumAdd(&sum[3], m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]));
+    MPMSumAdd(&sum[3], size);
+    for (PetscInt d = 0; d < dim && size > 0; d++) {
+      lower[d] = PetscMin(lower[d], view->X[p * dim + d] - 0.5 * half[d]);
+      upper[d] = PetscMax(upper[d], view->X[p * dim + d] + 0.5 * half[d]);
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,6 +5,7 @@
 #include "scene/cut.h"
 
 #define RADIANS 2 /* a smaller angle of friction is likely to be one in radians: none is above pi/2 */
+#define SMALL   0.02 /* of a stress: a smaller yield stress is likely to have another unit */
 
 /* The lattice places of a body in a line along gravity: which lie in it, and the weight per area of those above each.
    It is kept until another line is asked for, since particles are made line by line. */
@@ -234,12 +235,14 @@ static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, 
 {
   const PetscBool fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal modulus = fluid ? m->K : m->lambda + 2 * m->mu;
-  PetscReal       angle = 90, most = 0;
-  char            name[3 * MPM_NAME_LEN];
+  PetscReal       angle = 90, most = 0, yield = 0;
+  char            name[3 * MPM_NAME_LEN], of[3 * MPM_NAME_LEN];
 
   text[0] = 0;
   (void)snprintf(name, sizeof name, "-material_%s_friction_angle", m->name);
   (void)PetscOptionsGetReal(NULL, NULL, name, &angle, NULL);
+  (void)snprintf(of, sizeof of, "-material_%s_yield", m->name);
+  (void)PetscOptionsGetReal(NULL, NULL, of, &yield, NULL);
   for (int d = 0; d < 3; d++) most = PetscMax(most, PetscAbsReal(tau[MPMSymIndex(d, d)]));
   if (!(most <= PETSC_MAX_REAL)) return;
   if (scene->initial->stress && tau[0] + tau[3] + tau[5] > 0)
@@ -247,6 +250,9 @@ static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, 
   else if (angle < RADIANS)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; %s %g is in degrees, as radians it would be %.3g", name, (double)angle,
                    (double)(angle * 180 / PETSC_PI));
+  else if (beyond && yield > 0 && yield < SMALL * most)
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; %s %g is only %.2g of it, both are in Pa", of, (double)yield,
+                   (double)(yield / most));
   else if (!beyond && most > 0.1 * modulus)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; -material_%s_%s is too small for such a stress, both are in Pa", m->name,
                    fluid                                  ? "K"

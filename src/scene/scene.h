@@ -221,7 +221,7 @@ PetscErrorCode MPMForcesTangent(const MPMScene *, const MPMCore *, MPMView *, Pe
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
 PetscErrorCode MPMForcesAdd(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
-                            MPMSum sum[]);
+                            MPMSum sum[], PetscReal lower[], PetscReal upper[]);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads
