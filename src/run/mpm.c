@@ -220,9 +220,9 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
-    if (core->implicit) PetscCall(MPMStaticCreate(core));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
+    if (core->implicit) PetscCall(MPMStaticCreate(core)); /* of the particles that are left (-remove) */
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
