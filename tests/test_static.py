@@ -486,12 +486,18 @@ def check_dug():
         scene += [f"-body_{name}_{what}" for what in ("shape box", f"lower 0,{low}", f"upper 2,{high}", "material m")]
     told = [run("dug", scene, *UPDATED, n=n) for n in (1, 2)]
     check.that(told[0].digest == told[1].digest, f"on 1 and 2 processes: {told[0].digest} {told[1].digest}")
+    check.that("history_rest" not in told[0].out and "note       -history_rest adds no columns with -method_time static: each step ends at rest" in run("rests", scene, "-history_rest", "-dry_run", *UPDATED).out,
+               "-history_rest stands aside, with a note")
     rows = check.history("dug/dug.csv")
     places, start = [rows["probe_base_y"][rows["stage"] == k][-1] for k in (1, 2, 3)], rows["probe_base_y"][0]
     exact = [np.interp(-rho * g * (high - np.linspace(0, start, 2001)), stress, stretch).mean() * start for high in H]
     for k in (1, 2):
         heave, known = places[k] - places[k - 1], exact[k] - exact[k - 1]
         check.that(abs(heave / known - 1) < 0.005, f"the base rises by {1000 * heave:.3f} mm when the weight of 2 m leaves, exact {1000 * known:.3f}")
+    moved = float(told[0].out.rpartition("moved      since the start, at the most: ground by ")[2].partition(" m")[0])
+    check.that(abs(moved / (start - places[2]) - 1) < 0.02, f"how far it moved is told: {moved} m, the base {start - places[2]:.4f} m")
+    total = run("total", scene, *QUIET, status=2)
+    check.that("in the updated one, with -method_frame updated" in total.err, total.err.strip())
     floor = rows["reaction_ymin_y"][rows["stage"] == 3][-1]
     check.that(abs(floor / (rho * g * 20) - 1) < 1e-6, f"the floor carries {floor:.9g} N, the weight that is left is {rho * g * 20:.9g} N")
 

@@ -151,7 +151,9 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.barred   = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stepped  = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || core->implicit || shown & MPM_BIT(X)
+                             ? PETSC_TRUE
+                             : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);

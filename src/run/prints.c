@@ -29,6 +29,8 @@ PetscErrorCode MPMPrintStart(MPM mpm)
   if (mpm->aside[0])
     PetscCall(MPMNote(&core->print, "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
+  if (core->rest.aside)
+    PetscCall(MPMNote(&core->print, "-history_rest adds no columns with -method_time static: each step ends at rest"));
   PetscCall(MPMReportParallel(core));
   if (core->implicit) {
     PetscCall(MPMStaticPrint(core));
