@@ -124,9 +124,7 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
     MPMOptionsFail(o, "contact does not apply with %s, whose bodies may meet nothing; use %s", by, use);
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points && scene->bodies[b].points->deformation)
-      MPMOptionsFail(o,
-                     "-body_%s_file does not apply with %s: its particles are deformed at the start",
-                     scene->bodies[b].name, by);
+      MPMOptionsFail(o, "-body_%s_file does not apply with %s: its particles are deformed at the start", scene->bodies[b].name, by);
     for (PetscInt d = 0; d < mpm->core.grid.dim && !scene->bodies[b].points; d++)
       if (scene->bodies[b].ppc[d] < 2)
         MPMOptionsFail(o,
