@@ -189,6 +189,12 @@ def check_meets():
         refused = run("near", near + [f"-body_b_lower {.5 + gap / 16},.25"], status=2)
         check.that(refused.err.startswith("a and b have nodes in common though they do not touch") and refused.err.count("\n") == 1, f"bodies {gap} cells apart are refused")
     check.that(not check.pebble("-options_file", "near.opts", "-method_preset", "solid", "-parallel_strategy", "pool", n=3).good, "with a pool too")
+    between = [line.replace("-bodies a,b", "-bodies a,b,c") for line in near] + ["-body_c_shape box", "-body_c_lower .5,.25", "-body_c_upper .5625,.5", "-body_c_material m"]
+    told = run("between", between + ["-body_b_lower .5625,.25"], "-time_max_steps", 2)
+    check.that("a and c touch" in told.out and "b and c touch" in told.out and "a and b" not in told.out, "two bodies that both touch a third one are one piece with it")
+    told = check.pebble("-options_file", check.write("rests.opts", [line.replace("lower .25,", "lower 0,") for line in two] + ["-body_b_lower .5625,.25", "-bc_xmin_type fixed", "-gravity 0,-1", "-method_time static"]))
+    remedy = check.pebble("-options_file", "rests.opts", "-method_frame", "updated")
+    check.that(told.status == 2 and told.err.strip().endswith("use finer cells, or use -method_frame updated") and remedy.good, f"in statics the updated frame is the remedy: {told.err}{remedy.err}")
     for total in (["-method_preset", "solid"], ["-method_frame", "total"], ["-method_frame", "total", "-method_preset", "solid"]):
         for name, scene, status, most in (("near", near + ["-body_b_lower .625,.25"], 2, ()), ("far", far, 3, ())):
             use = re.search(r"use ((-method_\w+ \w+ ?)+)$", run(name, scene, *most, status=status, total=[*total, *TOTAL[2:]]).err.strip().splitlines()[0]).group(1).split()

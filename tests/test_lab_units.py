@@ -271,6 +271,23 @@ check.that(
     ends == [(1.0, None, 2), (0.7, 0.8, 2), (0.5, 0.7, 1), (0.5, 0.7, 1)] and limit.read_end([], [], 0.1, 20)[:2] == (0.0, 0.1),
     f"a run holds, finds no equilibrium, flows and comes to rest again, flows before that: {ends}",
 )
+times, steps = [0.1, 0.2, 0.3], [0.01, 0.02, 0.2]
+found = [
+    limit.slides(*case).tolist()
+    for case in (
+        (times, steps, limit.softness(times, steps), 5.0),
+        (times, steps, limit.softness(times, steps), 10.0),  # not far for its size
+        (times, [0.1, 0.2, 0.3], [1, 2, 3], 1.0),  # far, but it hardly yields more than at first
+        ([0.5, 1.0, 1.5, 2.0], [0.01, 0.01, 0.3, 0.01], [1, 1, 1, 0.1], 5.0, [1.0, 2.0]),  # as a stage begins
+        ([0.5, 1.0, 1.5, 2.0], [0.01, 0.01, 0.05, 0.01], [1, 1, 1, 0.1], 5.0, [1.0, 2.0]),
+        ([], [], [], math.inf),
+    )
+]
+check.that(
+    found == [[False, False, True], [False] * 3, [False] * 3, [False, False, True, False], [False] * 4, []]
+    and limit.read_end([0.5, 0.7, 1.0], [1, 9, 5], None, 20, [False, True, False])[:2] == (0.5, 0.7),
+    f"a body slides where it goes far for its size: {found}",
+)
 far = np.zeros((300, 3))
 far[:3, 1] = 1, 2, 3
 check.that(

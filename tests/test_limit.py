@@ -3,7 +3,7 @@ refuses, no limit, going on where it ended.
 
 usage: test_limit.py PEBBLE SOURCE MPIEXEC PART
 
-PART: command, the smallest scene; or cylinder footing slopes, on two grids each."""
+PART: command, the smallest scene; loose, a slope with hardly any cohesion on soft ground; or cylinder footing slopes, on two grids each."""
 
 import math
 import os
@@ -112,6 +112,11 @@ def command():
         and "limit      not found: at least" in fails.out,
         f"a failure of the solver is no limit: {fails.out[-900:]}{fails.err}",
     )
+    bad = study(scene, "-load_q_value", "t", "--reduce", "strength", "-snes_max_it", "1", "-snes_linesearch_type", "basic", "--levels", "1", "-output_dir", ".")
+    check.that(
+        bad.status == 3 and len(re.findall("^run ", bad.out, re.M)) == 1 and re.match("no limit on grid 1: the solver failed with strength/1, where the body had hardly softened: .* out of balance", bad.err),
+        f"where the solver fails at once no other strength is tried: {bad.out[-400:]}{bad.err}",
+    )
     layers = block("layers", "-gravity 0,-1e-6", "-stages fill,wait", "-stage_fill_time 1", "-stage_fill_damping_time 0.1", "-stage_fill_time_rest 1e-3", "-stage_wait_time 1", "-stage_wait_material_m_yield 1.2",
                    "-stage_wait_damping_kinetic", *pressed("ymax", "min(1,t)"))  # fmt: skip
     layers = check.write("layers.opts", [line for line in check.content(layers).decode().splitlines() if not line.startswith("-time_end")])
@@ -197,5 +202,18 @@ def slopes():
     beside("45 degrees, phi = psi = 20 (Dawson, Roth and Drescher 1999)", factors(dilates, "--reduce", "strength", "--levels", "2"), 1, (0.05, 0.05))
 
 
-{"command": command, "cylinder": cylinder, "footing": footing, "slopes": slopes}[part]()
+def loose():
+    """ACADS' slope EX1(a), 2:1 with c/(rho g H) = 0.015, whose factor of safety is 1: the ground is so soft that a slope that slid comes to rest
+    before it has yielded 30 times as much as at first. Of the stages of a cut all happens in the first step."""
+    sand = [line.replace("1e8", "1e7") for line in soil(3000, 19.6, 0)]
+    scene = box("loose", "45,17", 1, "-bc_xmax_type slip", "-bc_ymin_type fixed", "-gravity 0,-10", shape=polygon("0,0 45,0 45,15 28,15 8,5 0,5"), model=sand)
+    told = study(scene, "--reduce", "strength", "--levels", "1", "--tolerance", "0.05", "-output_dir", ".")
+    table = check.rows("loose_limit.csv") if told.status == 0 else [{"holds": "nan", "fails": "nan", "ends": told.err}]
+    holds, fails = (float(table[0][name]) for name in ("holds", "fails"))
+    check.that(0.95 < holds < fails < 1.08 and table[0]["ends"] == "slide", f"a slope of c/(rho g H) = 0.015 holds with its strength over {holds:g}, and does not over {fails:g}; known 1")
+    ways = re.findall(r"^run +grid 1: strength/(\S+) .*; moved (\S+) m; ", told.out, re.M)
+    check.that(float(dict(ways)["1"]) < float(dict(ways)["1.2"]) and "note       grid 1: the body counts as failed since it slides far" in told.out, f"how far it moved is told: {ways}")
+
+
+{"command": command, "loose": loose, "cylinder": cylinder, "footing": footing, "slopes": slopes}[part]()
 check.end()

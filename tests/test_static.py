@@ -472,6 +472,36 @@ def check_updated():
         check.that(ratio >= 1.5 and len(norms) > 2, f"{law} {more}: second step, residuals {' '.join(f'{v / norms[0]:.1e}' for v in norms)}, ratio {ratio:.2f}")
 
 
+def check_dug():
+    """A layer between smooth walls, of which two bodies are dug away in statics (-remove): its places beside the exact ones of the
+    neo-Hookean law under the weight that is left, the weight on the floor, the same bits on two processes."""
+    rho, g, E, nu, H = 1900, 9.81, 2e7, 0.3, (14, 12, 10)
+    mu, lame = E / 2 / (1 + nu), E * nu / (1 + nu) / (1 - 2 * nu)
+    stretch, stress = (lambda F: (F, (mu * (F * F - 1) + lame * np.log(F)) / F))(np.linspace(0.9, 1, 20001))
+    boxes = {"ground": (0, 10), "upper": (12, 14), "lower": (10, 12)}
+    scene = ["-dim 2", f"-gravity 0,-{g}", "-grid_lower 0,0", "-grid_upper 2,15", "-grid_h 0.5,0.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed", "-materials m", "-material_m_model neohookean",
+             f"-material_m_rho {rho}", f"-material_m_E {E}", f"-material_m_nu {nu}", f"-bodies {','.join(boxes)}", "-history_walls ymin", "-history_every 0", "-probes base", "-probe_base_follow 1,9.9",
+             "-stages weight,first,second", "-stage_weight_time 1", "-stage_first_time 1", "-stage_first_remove upper", "-stage_second_time 1", "-stage_second_remove lower"]  # fmt: skip
+    for name, (low, high) in boxes.items():
+        scene += [f"-body_{name}_{what}" for what in ("shape box", f"lower 0,{low}", f"upper 2,{high}", "material m")]
+    told = [run("dug", scene, *UPDATED, n=n) for n in (1, 2)]
+    check.that(told[0].digest == told[1].digest, f"on 1 and 2 processes: {told[0].digest} {told[1].digest}")
+    check.that("history_rest" not in told[0].out and "note       -history_rest adds no columns with -method_time static: each step ends at rest" in run("rests", scene, "-history_rest", "-dry_run", *UPDATED).out,
+               "-history_rest stands aside, with a note")
+    rows = check.history("dug/dug.csv")
+    places, start = [rows["probe_base_y"][rows["stage"] == k][-1] for k in (1, 2, 3)], rows["probe_base_y"][0]
+    exact = [np.interp(-rho * g * (high - np.linspace(0, start, 2001)), stress, stretch).mean() * start for high in H]
+    for k in (1, 2):
+        heave, known = places[k] - places[k - 1], exact[k] - exact[k - 1]
+        check.that(abs(heave / known - 1) < 0.005, f"the base rises by {1000 * heave:.3f} mm when the weight of 2 m leaves, exact {1000 * known:.3f}")
+    moved = float(told[0].out.rpartition("moved      since the start, at the most: ground by ")[2].partition(" m")[0])
+    check.that(abs(moved / (start - places[2]) - 1) < 0.02, f"how far it moved is told: {moved} m, the base {start - places[2]:.4f} m")
+    total = run("total", scene, *QUIET, status=2)
+    check.that("in the updated one, with -method_frame updated" in total.err, total.err.strip())
+    floor = rows["reaction_ymin_y"][rows["stage"] == 3][-1]
+    check.that(abs(floor / (rho * g * 20) - 1) < 1e-6, f"the floor carries {floor:.9g} N, the weight that is left is {rho * g * 20:.9g} N")
+
+
 def sparse(path):
     """The matrix of a file by PETSc's binary viewer, and its rows of one body after another that no entry joins."""
     ints = np.fromfile(path, ">i4")

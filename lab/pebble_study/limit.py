@@ -1,8 +1,9 @@
 """The limit-load study: static runs raise the load or gravity of a scene, or divide its strength, until no equilibrium is
-found or the body flows: for an equal part of the load it yields many times as much as in the first step. So on several
-grids, each twice as fine as the one before. The limit lies between the largest factor that holds and the smallest that
-does not, its bracket. (Beyond the limit a body can come to rest again in another shape, as a slope does that has slid;
-so that an equilibrium is found does not tell that the limit was not passed.)"""
+found or the body flows: for an equal part of the load it yields many times as much as in the first step, or goes far for
+its size. So on several grids, each twice as fine as the one before. The limit lies between the largest factor that holds
+and the smallest that does not, its bracket. (Beyond the limit a body can come to rest again in another shape, as a slope
+does that has slid; so that an equilibrium is found does not tell that the limit was not passed. Nor does the first step
+suffice: soft ground settles so much in it that a slope rests again before it has slid many times as far.)"""
 
 import csv
 import math
@@ -26,7 +27,10 @@ LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried
 GROWTH, TRIES = 1.5, 12  # of gravity from run to run, until it is too much; runs at most
 SAFETY = 3.0  # the error of the finer of two grids, over what changed from the coarser one: Roache's index of convergence at the first order
 EARLY = 0.02  # a body that yields so much more than at first, or for which no equilibrium is found, may bear as much more than that
+SOFT = 0.12  # the same of a body that slides: a footing on clay of E/c = 100
 HARDLY = 2.0  # a body that has softened less before Newton's method failed may be in equilibrium beyond it: that is a failure of the solver
+FEW, FAR = 8.0, 0.1  # or it yields so many times as much as at first, and goes so far, over its size, for as much load as it bears already: it slides
+SUDDEN, LEAP = 3.0, 0.02  # or it goes so many times as far as before, and so far over its size, in the first step of a later stage, in which all may happen at once
 NOTHING = 1e-6  # the factor below which no scene is meant: nothing holds the body
 STRENGTH = {  # what is divided, and what else changes: (law, {option: function of (value, F)})
     "vonmises": {"yield": lambda value, F: value / F, "hardening": lambda value, F: value / F},
@@ -67,13 +71,13 @@ def bracket(holds, start, growth, tolerance, least=LEAST, most=MOST):
     return low, high
 
 
-def estimate(brackets):
+def estimate(brackets, early=EARLY):
     """(lowest, highest, why) of the limit on grids that are ever finer, from the brackets [(low, high)] of grids that are
     each twice as fine as the one before. The error on the finest grid counts on both sides: limits need not fall, or rise,
-    with every grid. A change is not known to be smaller than what the brackets leave open."""
+    with every grid. A change is not known to be smaller than what the brackets leave open. early: the part by which what counts as failed may bear more."""
     low, high = brackets[-1]
     if len(brackets) < 2:
-        return low, high * (1 + EARLY), "one grid: what smaller cells would change is not known (--levels)"
+        return low, high * (1 + early), "one grid: what smaller cells would change is not known (--levels)"
     middles, halves = [0.5 * sum(pair) for pair in brackets], [0.5 * (b - a) for a, b in brackets]
     changes = [b - a for a, b in zip(middles, middles[1:])]
     least = halves[-1] + halves[-2]
@@ -84,7 +88,7 @@ def estimate(brackets):
         error, why = max(abs(rest[0]) + rest[1], abs(changes[-1]), least), "what finer grids will change by the last three (Richardson), on both sides"
     else:
         error, why = SAFETY * max(map(abs, [*changes[-2:], least])), f"{SAFETY:g} times the larger of the last two changes, which do not fall, on both sides"
-    return low - error, (high + error) * (1 + EARLY), why
+    return low - error, (high + error) * (1 + early), why
 
 
 def plain(name, options):
@@ -101,6 +105,12 @@ def ends(options):
     if not stages:
         return [float(options["time_end"])]
     return np.cumsum([float(options[f"stage_{stage}_time"]) for stage in stages]).tolist()
+
+
+def paired(before, after):
+    """The places [n, 3] in two snapshots of the particles that both have: a stage may remove some."""
+    _, first, second = np.intersect1d(*(snapshot.particles["id"].ravel() for snapshot in (before, after)), return_indices=True)
+    return before.particles["x"][first], after.particles["x"][second]
 
 
 def moved(before, after):
@@ -122,17 +132,29 @@ def softness(times, steps, parts=()):
     return rates / np.maximum(first, rates[0])
 
 
-def read_end(times, soft, failed, softer):
+def slides(times, steps, soft, size, parts=()):
+    """Whether the body slides in each step: it goes far, over its size, for as much load as there is since its stage began, and yields
+    several times as much as at first; or it does so suddenly as a later stage begins. Arguments as above; soft: the softness; size: of
+    the body, m."""
+    times, steps = np.asarray(times, float), np.asarray(steps, float)
+    stage = np.searchsorted(np.asarray(parts, float) * (1 + 1e-9), times, "left")
+    begins = np.array([0.0, *parts])[stage] if len(parts) else np.zeros(len(times))
+    far = steps / np.diff(times, prepend=0) * (times - begins) > FAR * size
+    sudden = (np.diff(stage, prepend=stage[:1]) > 0) & (steps > LEAP * size) & (steps > SUDDEN * (np.cumsum(steps) - steps))
+    return far & (np.asarray(soft) > FEW) | sudden
+
+
+def read_end(times, soft, failed, softer, slid=()):
     """(last time that holds, first that does not or None, how soft it was in the last step that holds) of a run with
-    steps to these times, the softness in them, and the time at which no equilibrium was found, or None."""
-    flows = next((k for k, value in enumerate(soft) if value > softer), None)
+    steps to these times, the softness in them, the time at which no equilibrium was found, or None, and where it slides."""
+    flows = next((k for k, value in enumerate(soft) if value > softer or (len(slid) and slid[k])), None)
     if flows is not None:
         return (times[flows - 1] if flows else 0.0), times[flows], (soft[flows - 1] if flows else math.nan)
     return (times[-1] if len(times) else 0.0), failed, (soft[-1] if len(soft) else math.nan)
 
 
 def how(flows, line, softer):
-    """How a run ends that does not hold: it flows, it has no equilibrium, or the solver may have failed, by its last line: Newton's method found
+    """How a run ends that does not hold, but for slides: it flows, it has no equilibrium, or the solver may have failed, by its last line: Newton's method found
     nothing though the body had hardly softened before."""
     if flows:
         return "flow"
@@ -283,18 +305,21 @@ class Limit:
         if result.status and not (result.status == pebble.STOPPED and found):
             raise pebble.Error(result.line, result)
         self.study.warn(result)
-        times, steps, before = [], [], None
-        for snapshot in result.snapshots:
-            places = snapshot.particles["x"]
-            if before is not None:
-                times.append(snapshot.time)
-                steps.append(moved(before, places))
-            before = places
+        states, softer = list(result.snapshots), self.study.words.softer
+        times = [state.time for state in states[1:]]
+        steps = [moved(*paired(*pair)) for pair in zip(states, states[1:])]
+        size = min((length for length in np.ptp(states[0].particles["x"], axis=0) if length > 0), default=math.inf)
+        self.told = f"moved {moved(*paired(states[0], states[-1])):.3g} m"
+        self.line = result.line
         soft = softness(times, steps, self.parts)
-        last, failed, softer = read_end(times, soft, float(found[1]) if found else None, self.study.words.softer)
-        self.softer, self.ends = softer, "holds"
+        slid = slides(times, steps, soft, size, self.parts)
+        last, failed, self.softer = read_end(times, soft, float(found[1]) if found else None, softer, slid)
+        self.ends = "holds"
         if failed is not None:
-            self.ends = how(len(times) > 0 and failed <= times[-1], result.line, softer)
+            flows = len(times) > 0 and failed <= times[-1]
+            self.ends = how(flows, result.line, self.softer)
+            if flows and not soft[times.index(failed)] > softer:
+                self.ends = "slide"
         return last, failed
 
     def weaken(self, level):
@@ -302,15 +327,24 @@ class Limit:
         options = self.grid(level)
         options |= {"dt_retry": options.get("dt_retry") or "4"}
 
+        ended = {}
+
         def holds(F):
             since = time.monotonic()
-            _, failed = self.try_run(weakened(options, F))
+            last, failed = self.try_run(weakened(options, F))
             told = "holds" if failed is None else f"does not ({self.ends}), at {100 * failed / self.end:.3g} % of the load"
-            self.study.say(f"run        grid {level + 1}: strength/{F:.5g} {told}; {time.monotonic() - since:.2g} s")
+            self.study.say(f"run        grid {level + 1}: strength/{F:.5g} {told}; {self.told}; {time.monotonic() - since:.2g} s")
+            if self.ends == "solver" and "holds" not in [ends for ends, _ in ended.values()]:
+                raise NoLimit(f"the solver failed with strength/{F:.5g}, where the body had hardly softened: {self.line}; try a smaller -dt_size")
+            if self.ends == "solver" and any(abs(last - end) < 1e-9 * self.end for end in self.parts[:-1]):
+                self.ends = "no equilibrium"  # a stage began, before which all was well: how soft the body was says nothing
+            ended[F] = self.ends, self.softer
             return failed is None
 
         growth = 1.2 if not level else 1 + 4 * self.tolerance
-        return bracket(holds, self.start, growth, self.tolerance)
+        low, high = bracket(holds, self.start, growth, self.tolerance)
+        self.ends, self.softer = ended[high][0], max(ended[low][1], ended[high][1])
+        return low, high
 
     def lift(self, level):
         """The bracket of the factor of the load, or of gravity, by runs with shorter steps until it is small enough. Where
@@ -327,7 +361,7 @@ class Limit:
             last, failed = self.try_run(options | changed)
             low, high = self.start * last / self.end, self.start * (failed or math.inf) / self.end
             told = f"{low:.5g} holds" + (f", {high:.5g} does not ({self.ends})" if failed else "")
-            self.study.say(f"run        grid {level + 1}: the factor {told}; {time.monotonic() - since:.2g} s")
+            self.study.say(f"run        grid {level + 1}: the factor {told}; {self.told}; {time.monotonic() - since:.2g} s")
             if failed is not None and high < NOTHING * self.start:
                 raise NoLimit("the scene does not carry a millionth of its load: nothing holds the body (-bc_<f>_type separate only pushes), or the load is that much too large")
             if failed is not None and high - low <= self.tolerance * 0.5 * (low + high):
@@ -370,6 +404,12 @@ class Limit:
                 "there is an equilibrium, also with more iterations and line searches; try a smaller -dt_size"
             )
 
+        if row["ends"] == "slide":
+            self.study.say(
+                f"note       grid {level + 1}: the body counts as failed since it slides far, though it yields less than {self.study.words.softer:g} times as much as at first: "
+                "its ground is soft for its load. A larger E tells sharper where it fails, and does not change the limit"
+            )
+
     def write(self):
         forms = {"grid": "d", "particles": "d", "runs": "d", "seconds": ".4g", "softer": ".4g"}
         with open(self.path + ".new", "w", newline="", encoding="utf-8") as file:
@@ -391,7 +431,8 @@ class Limit:
         last = rows[-1]
         half = 0.5 * (last["fails"] - last["holds"])
         change = f", {100 * (last['factor'] / rows[-2]['factor'] - 1):+.2g} % from the grid before" if len(rows) > 1 else ""
-        low, high, why = estimate([(row["holds"], row["fails"]) for row in rows])
+        early = SOFT if last["ends"] == "slide" else EARLY
+        low, high, why = estimate([(row["holds"], row["fails"]) for row in rows], early)
         say(f"factor     {last['factor']:.4g} +- {half:.2g} on the finest grid{change}")
         for name, whole in self.loads.items() if self.mode == "load" else ():
             if whole is not None:
@@ -401,8 +442,9 @@ class Limit:
         else:
             say(f"limit      {low:.4g} to {high:.4g}: {why}")
         say("uncertain  this range is of the cells and of the bracket alone: not of the strength, the dilation and the shape of the scene. The body counts")
-        say(f"           as failed where no equilibrium is found, or where it yields more than {self.study.words.softer:g} times as much as at first (--softer),")
-        say(f"           which can be before its limit: for that the range goes {100 * EARLY:g} % higher")
+        say(f"           as failed where no equilibrium is found, where it yields more than {self.study.words.softer:g} times as much as at first (flow; --softer), or")
+        say(f"           more than {FEW:g} times and by more than {FAR:g} of its least extent for as much load as it bears already (slide), which can be before")
+        say(f"           its limit: for that the range goes {100 * early:g} % higher")
 
     def check_grids(self):
         self.each = []

@@ -167,14 +167,24 @@ static PetscBool IsClosed(const Look *l, PetscInt a, PetscReal gap)
   return gap < MPM_BOUND_touch * spacing ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Finds which walls hold which bodies and which bodies are joined; refuses those of them that do not touch, and says
-   which do. Collective on exchange.data. */
+/* Returns the body that stands for all that are one piece with b: of those that touch, directly or through others. */
+static PetscInt Piece(const PetscInt piece[], PetscInt b)
+{
+  while (piece[b] != b) b = piece[b];
+  return b;
+}
+
+/* Finds which walls hold which bodies and which bodies are joined; refuses those of them that are not one piece by touching,
+   also through others, and says which touch. Collective on exchange.data. */
 static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
 {
   const PetscInt nb = l->scene->nbodies;
+  PetscInt      *piece;
   PetscReal      gap;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(nb, &piece));
+  for (PetscInt b = 0; b < nb; b++) piece[b] = b;
   PetscCall(PetscCalloc2(6 * nb, &w->held, nb * nb, &w->joined));
   PetscCall(FindBounds(l, PETSC_TRUE));
   for (PetscInt b = 0; b < nb; b++)
@@ -204,16 +214,19 @@ static PetscErrorCode Begin(MPMWatch *w, Look *l, MPMCore *core)
       PetscCall(Gap(l, a, b, -1, &gap));
       touch = IsClosed(l, a, gap);
       if (gap == PETSC_MIN_REAL) PetscCall(ShareCells(l, PETSC_TRUE, SPACING, a, b, &touch));
-      if (touch)
-        PetscCall(MPMNote(&core->print, "%s and %s touch at the start: in the total frame they are one piece %s",
-                          l->scene->bodies[a].name, l->scene->bodies[b].name,
-                          core->stages.now < core->stages.n ? "in this stage" : "for ever"));
-      else
+      if (!touch) continue;
+      piece[Piece(piece, b)] = Piece(piece, a);
+      PetscCall(MPMNote(&core->print, "%s and %s touch at the start: in the total frame they are one piece for ever",
+                        l->scene->bodies[a].name, l->scene->bodies[b].name));
+    }
+  for (PetscInt a = 0; a < nb && !w->joins; a++)
+    for (PetscInt b = a + 1; b < nb; b++)
+      if (w->joined[a * nb + b] && Piece(piece, a) != Piece(piece, b) && !core->stop[0])
         (void)snprintf(core->stop, sizeof core->stop,
                        "%s and %s have nodes in common though they do not touch: in the total frame these would join "
                        "them for ever; put them together or farther apart, use finer cells, or use %s",
                        l->scene->bodies[a].name, l->scene->bodies[b].name, w->use);
-    }
+  PetscCall(PetscFree(piece));
   w->refused = (PetscBool)(core->stop[0] != 0);
   w->joins   = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

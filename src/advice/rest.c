@@ -77,7 +77,11 @@ PetscErrorCode MPMRestTell(MPMCore *core, const MPMScene *scene, const MPMTotals
   char            since[MPM_NAME_LEN] = "", ratios[3 * MPM_NAME_LEN], energy[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  if (!r->on || !core->step || MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((!r->on && !core->implicit) || !core->step || MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->implicit) {
+    PetscCall(TellMoved(core, scene));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (r->reached) (void)snprintf(since, sizeof since, "at rest since t=%g s: ", (double)r->since);
   (void)snprintf(energy, sizeof energy, "%.2g of strain energy", (double)share);
   if (!(share < 1e12)) (void)snprintf(energy, sizeof energy, "without strain energy");

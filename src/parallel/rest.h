@@ -8,6 +8,7 @@
 typedef struct {
   PetscBool on;         /* forces are compared in each step */
   PetscBool shown;      /* -history_rest */
+  PetscBool aside;      /* -history_rest in statics, where it says nothing */
   PetscReal limit;      /* -time_rest; 0: a run does not end when the bodies are at rest */
   PetscReal hold;       /* -time_rest_hold, s; 0: twice the time that a wave needs along the grid */
   PetscReal unbalanced; /* largest force out of balance on a node over the largest force that acts, in the last step */

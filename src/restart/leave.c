@@ -42,17 +42,22 @@ PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *c, PetscBool restarts, MPMO
 {
   MPMScene *scene = c->scene;
   PetscInt  n, stay                             = 0;
-  char(*names)[MPM_NAME_LEN], was[MPM_TEXT_LEN] = "", is[MPM_TEXT_LEN] = "";
+  char(*names)[MPM_NAME_LEN], was[MPM_TEXT_LEN] = "", is[MPM_TEXT_LEN] = "", time[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsNames(o, "remove", &n, &names));
   if (n && !restarts)
     MPMOptionsFail(o,
                    "-remove does not apply: bodies leave at a restart (-restart_file); leave the body out of -bodies");
-  if (n && c->core->grid.total)
+  if (n && c->core->grid.total) {
+    PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
     MPMOptionsFail(
-        o, "-remove does not apply in the total frame, whose nodes have the matter of all particles; let the run "
-           "go on in the updated one, without -method_frame total and -method_preset solid");
+        o,
+        "-remove does not apply in the total frame, whose nodes have the matter of all particles; let the run "
+        "go on in the updated one, %s",
+        !strcmp(time, "static") ? "with -method_frame updated"
+                                : "without -method_frame total and -method_preset solid");
+  }
   for (PetscInt k = 0; k < n && !MPMOptionsError(o); k++) {
     MPMBody *body = NULL;
 

@@ -136,6 +136,8 @@ static PetscErrorCode CheckTotal(MPM mpm, MPMOptions o)
                        "that no particle is strained",
                        scene->bodies[b].name, by);
   }
+  if (!strcmp(time, "static"))
+    (void)snprintf(use, sizeof mpm->watch.use, "-method_frame updated"); /* where bodies meet */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -151,8 +151,9 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.barred   = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stepped  = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || shown & MPM_BIT(X) ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || core->implicit || shown & MPM_BIT(X)
+                             ? PETSC_TRUE
+                             : PETSC_FALSE;
   core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
@@ -226,6 +227,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (core->stop[0]) mpm->watch.refused = PETSC_TRUE; /* for an option of PETSc's solvers */
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
+    if (core->implicit) PetscCall(MPMStaticCreate(core)); /* of the particles that are left (-remove) */
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */

@@ -30,6 +30,8 @@ PetscErrorCode MPMPrintStart(MPM mpm)
     PetscCall(MPMNote(&core->print,
                       "the %s frame has a method of its own and does not use these options of the file: %s",
                       core->grid.total ? "total" : "updated", mpm->aside));
+  if (core->rest.aside)
+    PetscCall(MPMNote(&core->print, "-history_rest adds no columns with -method_time static: each step ends at rest"));
   PetscCall(MPMReportParallel(core));
   if (core->implicit) {
     PetscCall(MPMStaticPrint(core));

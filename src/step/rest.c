@@ -18,10 +18,10 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
     const char     *by    = moves ? "-method_time euler or newmark" : "-method_time static";
     const char     *why   = moves ? "rest is looked for in explicit steps; static finds it" : "each step ends at rest";
 
-    PetscCall(MPMOptionsRefuse(o, "history_rest", "false", by, why));
+    if (moves) PetscCall(MPMOptionsRefuse(o, "history_rest", "false", by, why));
     PetscCall(MPMOptionsRefuse(o, "time_rest", "0", by, why));
   }
-  PetscCall(MPMOptionsBool(o, "history_rest", NULL, &r->shown));
+  PetscCall(MPMOptionsBool(o, "history_rest", NULL, core->implicit ? &r->aside : &r->shown));
   PetscCall(MPMOptionsReal(o, "time_rest", NULL, &r->limit, NULL));
   PetscCall(MPMOptionsReal(o, "time_rest_hold", NULL, &r->hold, &hold));
   if (hold && !(r->limit > 0) && !MPMOptionsOverridden("time_rest_hold", "time_rest"))
