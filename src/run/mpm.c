@@ -134,6 +134,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
+    if (type == MPM_WALL_piston) core->params.planes |= (PetscInt)1 << k;
     if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     if (core->basis == MPM_BASIS_gimp || MPMWallHas(type, MPM_WALL_PUSHES)) core->params.closed |= (PetscInt)1 << k;
   }
