@@ -3,6 +3,7 @@
    processes; if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it.
    docs/method.md has the formulas. */
 #include "parallel/exchange.h"
+#include "physics/rigid.h"
 #include "physics/wall.h"
 #include "step/step.h"
 
@@ -115,6 +116,41 @@ void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes 
     motion[1] = n->p[0] > 0 ? n->p[1] / n->p[0] : 0;
     if (nc > 2) motion[2] = n->m > 0 ? n->p[2] / n->m : 0;
   }
+}
+
+/* Returns the share of the function of a node that is before a plane, whose distance is t cells, below 0 if the node is
+   behind it: by a curve that is within a fifth of the integrals of all bases where they matter. */
+static PetscReal ShareBefore(MPMBasis basis, PetscReal t)
+{
+  const PetscReal half = MPMBasisIsSpline(basis) ? MPMBasisNodes(basis) > 3 ? 1.4 : 1.2 : 1;
+  const PetscReal u    = PetscClipInterval(0.5 * (t / half + 1), 0, 1);
+
+  return u * u * (3 - 2 * u);
+}
+
+/* Does at the surfaces of rigid bodies what MPMNodesVolume does at pistons. */
+PetscErrorCode MPMVolumesAfter(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMGrid *grid = &core->grid;
+
+  PetscFunctionBeginUser;
+  (void)phase;
+  MPM_FOR_OWN_ROWS(&core->exchange.patch, r)
+  for (PetscInt i = r.first; i < r.last; i++) {
+    PetscInt  ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
+    PetscReal x[3], share = 1, *full = r.motion + i * MPM_MOTION_NC(grid->dim);
+
+    for (PetscInt d = 0; d < grid->dim; d++) ijk[d] = MPMGridFold(grid, d, ijk[d]);
+    MPMGridNodeAt(grid, ijk, x);
+    for (PetscInt b = 0; b < core->rigids.n; b++) {
+      PetscReal n[3] = {0}, h2 = 0, distance = MPMRigidDistance(&core->rigids.body[b], grid->dim, x, n);
+
+      for (PetscInt d = 0; d < grid->dim; d++) h2 += PetscSqr(n[d] * grid->h[d]);
+      share *= h2 > 0 ? ShareBefore(core->basis, distance / PetscSqrtReal(h2)) : distance > 0 ? 1 : 0;
+    }
+    if (share < 1) *full = share > 0 ? PetscMin(1, *full / (FULL * share)) : 1;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMVolumesStep(MPMCore *core, const MPMStatus *last)
