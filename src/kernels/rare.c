@@ -3,7 +3,7 @@
 #include "kernels/cell.h"
 
 #define ON_PLANE 1e-9 /* cells: what is behind a plane by less was put on it */
-#define BEYOND 0.25 /* cells: what has passed a wall by more is no small error */
+#define BEYOND   0.25 /* cells: what has passed a wall by more is no small error */
 
 /* Notes in status the particles first .. last-1 of a block whose J is not a positive number, at their positions before
    the step. order [n] are the particles of the block, here and below. */

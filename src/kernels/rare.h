@@ -11,7 +11,7 @@ void MPMRareWrap(PetscInt dim, const MPMPatch *, PetscInt n, const PetscInt *ord
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
 uint64_t MPMRarePlanes(PetscInt dim, const MPMParams *, const MPMPatch *, PetscInt n, const PetscInt *order,
                        const MPMStencils *);
-void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
-                  const PetscInt *order, const MPMStencils *, MPMStatus *);
+void     MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
+                      const PetscInt *order, const MPMStencils *, MPMStatus *);
 
 #endif

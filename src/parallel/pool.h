@@ -15,9 +15,10 @@ typedef struct {
   PetscInt  own_lo[3], own_n[3]; /* first and number of the patch's own nodes, or cells: whole tiles */
   PetscInt  tiles[3], first[3]; /* number of the master's tiles, over which cells are numbered; the patch's first one */
   PetscInt  n;                  /* particles that follow */
-  PetscReal dt, kick, flip, push;          /* s, s; share of FLIP; of the relaxation of volumes */
-  PetscReal plane[6][2];        /* of pistons */
-  PetscInt  places, place[MPM_MAX_COPIES], low[MPM_MAX_COPIES], high[MPM_MAX_COPIES]; /* of copies, as MPMGrid has them */
+  PetscReal dt, kick, flip, push; /* s, s; share of FLIP; of the relaxation of volumes */
+  PetscReal plane[6][2];          /* of pistons */
+  PetscInt  places, place[MPM_MAX_COPIES], low[MPM_MAX_COPIES],
+      high[MPM_MAX_COPIES]; /* of copies, as MPMGrid has them */
 } MPMJob;
 
 /* Returns whether a transfer reads the motion of nodes. */

@@ -67,7 +67,7 @@ static PetscReal Between(MPMBasis basis, const MPMGrid *grid, PetscInt d, PetscI
   for (PetscReal begin = from, end; begin < to; begin = end) {
     end = PetscMin(to, 0.5 * PetscFloorReal(2 * begin) + 0.5); /* splines are polynomials on each half of a cell */
     for (int q = 0; q < 3; q++) {
-      PetscReal      xi = 0.5 * (begin + end) + 0.5 * (end - begin) * at[q], w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+      PetscReal      xi   = 0.5 * (begin + end) + 0.5 * (end - begin) * at[q], w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
       const PetscInt base = MPMBasisBase(hats, &xi, 0, grid->cells[d], PETSC_FALSE, grid->wall_basis[d]);
 
       MPMBasisWeights(hats, xi, 0, base, grid->cells[d], grid->wall_basis[d], w, g);
@@ -108,8 +108,7 @@ void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes 
     const PetscInt ijk[3] = {r->ijk[0] + i, r->ijk[1], r->ijk[2]};
     PetscBool      cut    = PETSC_FALSE;
 
-    for (PetscInt d = 0; d < dim; d++)
-      space *= grid->h[d] * Room(par, patch, d, MPMGridFold(grid, d, ijk[d]), &cut);
+    for (PetscInt d = 0; d < dim; d++) space *= grid->h[d] * Room(par, patch, d, MPMGridFold(grid, d, ijk[d]), &cut);
     for (PetscInt c = 0; c < nc; c++) motion[c] = 0;
     motion[0] = space > 0 ? n->m / space : 1;
     if (cut) motion[0] = PetscMin(1, motion[0] / FULL);
