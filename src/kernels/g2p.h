@@ -166,11 +166,12 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, const MPMFound *found, MPMStatus *status)
 {
-  const PetscBool out = MPMAny(MPMNot(found->in));
+  const PetscBool out  = MPMAny(MPMNot(found->in));
+  const uint64_t  back = par->planes ? MPMRarePlanes(dim, par, patch, o->n, o->particle, s) : 0;
   PetscInt        n, which[MPM_STAGED];
 
   if (out) MPMRareWrap(dim, patch, o->n, o->particle);
-  n = MPMList(out ? ~(uint64_t)0 : ~found->sure, o->n, which);
+  n = MPMList(out ? ~(uint64_t)0 : ~found->sure | back, o->n, which);
   if (n)
     MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
 }

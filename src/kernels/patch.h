@@ -23,9 +23,11 @@ typedef struct {
   PetscBool      deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscReal      outward; /* of bodies of revolution: share of the strain rate in C, 0 without C */
   PetscReal      light;   /* share of mass below which nodes are light (light.h); 0: none are */
-  PetscReal      push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
-  PetscReal      lock_share; /* of the mean of a box that particles take; the rest is their own */
-  PetscInt       box;        /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
+  PetscInt       planes;  /* faces (bits) whose pistons no particle passes; where their planes are before and after */
+  PetscReal      plane[6][2]; /* the step, m */
+  PetscReal      push;        /* of a relaxation of volumes: share of what the density tells, see volume.h */
+  PetscReal      lock_share;  /* of the mean of a box that particles take; the rest is their own */
+  PetscInt       box;         /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind *kinds;
   PetscInt       nkinds;
   const MPMMaterial     *materials;

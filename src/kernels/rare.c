@@ -2,7 +2,8 @@
 #include "kernels/rare.h"
 #include "kernels/cell.h"
 
-#define BEYOND 0.25 /* cells: what has passed a wall by more is no small error */
+#define ON_PLANE 1e-9 /* cells: what is behind a plane by less was put on it */
+#define BEYOND   0.25 /* cells: what has passed a wall by more is no small error */
 
 /* Notes in status the particles first .. last-1 of a block whose J is not a positive number, at their positions before
    the step. order [n] are the particles of the block, here and below. */
@@ -52,6 +53,27 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
       for (int i = 0; i < MPMBasisNodes(basis); i++)
         s->g[d][i][l] = (sum > 0 ? w[i] * (i - at) / sum : g[i]) * (1 / grid->h[d]);
     }
+}
+
+/* Puts the particles of a block that have passed the plane of a piston in this step back on it. Returns them, a bit for
+   each. */
+uint64_t MPMRarePlanes(PetscInt dim, const MPMParams *par, const MPMPatch *patch, PetscInt n, const PetscInt *order,
+                       const MPMStencils *s)
+{
+  uint64_t back = 0;
+
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscReal sign = k % 2 ? -1 : 1, same = ON_PLANE * patch->grid->h[k / 2];
+
+    for (PetscInt l = 0; l < n && par->planes & (PetscInt)1 << k; l++) {
+      PetscReal *x = patch->particles.x + (size_t)order[l] * (size_t)dim + k / 2;
+
+      if (sign * (*x - par->plane[k][1]) >= 0 || sign * (s->x[k / 2][l] - par->plane[k][0]) < -same) continue;
+      *x = par->plane[k][1];
+      back |= (uint64_t)1 << l;
+    }
+  }
+  return back;
 }
 
 /* Puts a particle at x [dim] that has passed a closed face back on it, if it is no further than BEYOND. Domains of gimp

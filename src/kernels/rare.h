@@ -9,7 +9,9 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first
                  const MPMStencils *, const MPMBlock *, MPMStatus *);
 void MPMRareWrap(PetscInt dim, const MPMPatch *, PetscInt n, const PetscInt *order);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
-void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
-                  const PetscInt *order, const MPMStencils *, MPMStatus *);
+uint64_t MPMRarePlanes(PetscInt dim, const MPMParams *, const MPMPatch *, PetscInt n, const PetscInt *order,
+                       const MPMStencils *);
+void     MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
+                      const PetscInt *order, const MPMStencils *, MPMStatus *);
 
 #endif

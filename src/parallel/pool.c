@@ -122,6 +122,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   PetscCall(PetscArraycpy(job.own_n, c->own_n, 3));
   PetscCall(PetscArraycpy(job.tiles, all->tiles.n, 3));
   PetscCall(PetscArraycpy(job.first, c->first, 3));
+  PetscCall(PetscArraycpy(&job.plane[0][0], &par->plane[0][0], 12));
   PetscCall(PetscArraycpy(job.place, core->grid.place, MPM_MAX_COPIES));
   PetscCall(PetscArraycpy(job.low, core->grid.low, MPM_MAX_COPIES));
   PetscCall(PetscArraycpy(job.high, core->grid.high, MPM_MAX_COPIES));

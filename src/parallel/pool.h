@@ -16,6 +16,7 @@ typedef struct {
   PetscInt  tiles[3], first[3]; /* number of the master's tiles, over which cells are numbered; the patch's first one */
   PetscInt  n;                  /* particles that follow */
   PetscReal dt, kick, flip, push; /* s, s; share of FLIP; of the relaxation of volumes */
+  PetscReal plane[6][2];          /* of pistons */
   PetscInt  places, place[MPM_MAX_COPIES], low[MPM_MAX_COPIES],
       high[MPM_MAX_COPIES]; /* of copies, as MPMGrid has them */
 } MPMJob;

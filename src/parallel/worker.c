@@ -205,6 +205,7 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     core->params.kick = job.kick;
     core->params.flip = job.flip;
     core->params.push = job.push;
+    PetscCall(PetscArraycpy(&core->params.plane[0][0], &job.plane[0][0], 12));
     core->grid.places = job.places;
     PetscCall(PetscArraycpy(core->grid.place, job.place, MPM_MAX_COPIES));
     PetscCall(PetscArraycpy(core->grid.low, job.low, MPM_MAX_COPIES));

@@ -134,6 +134,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
+    if (type == MPM_WALL_piston) core->params.planes |= (PetscInt)1 << k;
     if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     if (core->basis == MPM_BASIS_gimp || MPMWallHas(type, MPM_WALL_PUSHES)) core->params.closed |= (PetscInt)1 << k;
   }
@@ -223,11 +224,10 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     if (core->grid.total) PetscCall(MPMTotalStart(core, (PetscBool)(mpm->checkpoint.from[0] != 0)));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
-    if (core->implicit) PetscCall(MPMStaticCreate(core));
-    if (core->stop[0]) mpm->watch.refused = PETSC_TRUE; /* for an option of PETSc's solvers */
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
     if (core->implicit) PetscCall(MPMStaticCreate(core)); /* of the particles that are left (-remove) */
+    if (core->stop[0]) mpm->watch.refused = PETSC_TRUE;   /* for an option of PETSc's solvers */
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */

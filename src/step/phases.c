@@ -184,6 +184,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if (core->grid.total && phase->particles_in & B(x)) phase->particles_in ^= B(x) | B(X);
     if ((core->pistons || core->contacts) && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
       phase->after = MPMSurfacesAfter;
+    if (core->rigids.n && phase->nodes == MPMNodesVolume) phase->after = MPMVolumesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if (phase->parts & MPM_P2G_TOTAL) phase->particles_in |= B(F) | B(F33) | (core->needs.barred ? B(bar) : 0);
     if (core->needs.stepped && k == P2G_FORCE) {

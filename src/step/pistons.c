@@ -116,6 +116,8 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 
     if (core->params.walls->given[k / 2][k % 2].type != MPM_WALL_piston) continue;
     MPMWallPlane(core->params.walls, grid, k, &plane, &sign);
+    core->params.plane[k][0] = plane;
+    core->params.plane[k][1] = plane + core->params.dt * core->params.walls->given[k / 2][k % 2].velocity[k / 2];
     for (PetscInt p = 0; p < view.n; p++) {
       const PetscReal at = sign * (view.x[p * dim + k / 2] - plane);
 

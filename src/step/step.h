@@ -162,9 +162,11 @@ PetscReal MPMViscousStep(const MPMCore *);               /* bound of dt by visco
 
 /* The relaxation of volumes (volume.c). SetUp sets core->volumes and which materials follow; kinds have to be known.
    MPMVolumesRelax returns whether anything relaxes. They are not collective. MPMVolumesStep relaxes, if the time has
-   come, before the phases of a step; `last` is the status of the step before. Collective on the exchange. */
+   come, before the phases of a step; `last` is the status of the step before. Collective on the exchange.
+   MPMVolumesAfter follows its phase of nodes where there are rigid bodies, and is not collective. */
 void           MPMVolumesSetUp(MPMCore *, MPMMaterial *materials, const MPMTime *);
 PetscBool      MPMVolumesRelax(const MPMCore *);
 PetscErrorCode MPMVolumesStep(MPMCore *, const MPMStatus *last);
+PetscErrorCode MPMVolumesAfter(MPMCore *, const MPMPhase *);
 
 #endif

@@ -3,12 +3,15 @@
    processes; if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it.
    docs/method.md has the formulas. */
 #include "parallel/exchange.h"
+#include "physics/rigid.h"
+#include "physics/wall.h"
 #include "step/step.h"
 
 #define CROSSED 2.   /* cells that sound crosses between two relaxations of rate 1 */
 #define FASTER  0.5  /* share of the mismatch that goes while the fastest particle crosses a cell */
 #define AT_REST 0.2  /* speed that is added to that of the fastest one, of sqrt(g h) */
 #define PUSH    0.04 /* largest share at a time */
+#define FULL    0.8  /* density from which on a node whose function a piston cuts counts as full, and not as more */
 
 /* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a
    node has no room for what it needs, with dilation, since then the density does not tell what is open, and beside
@@ -52,26 +55,101 @@ PetscBool MPMVolumesRelax(const MPMCore *core)
   return core->volumes.sound > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns the integral from `from` to `to`, in cells, of the function of node i of axis d. */
+static PetscReal Between(MPMBasis basis, const MPMGrid *grid, PetscInt d, PetscInt i, PetscReal from, PetscReal to)
+{
+  static const PetscReal at[] = {-0.774596669241483377, 0, 0.774596669241483377}, weight[] = {5. / 18, 4. / 9, 5. / 18};
+  const MPMBasis         hats = basis == MPM_BASIS_gimp ? MPM_BASIS_linear : basis;
+  PetscReal              sum  = 0;
+
+  from = PetscMax(from, (PetscReal)(i - 2));
+  to   = PetscMin(to, (PetscReal)(i + 2));
+  for (PetscReal begin = from, end; begin < to; begin = end) {
+    end = PetscMin(to, 0.5 * PetscFloorReal(2 * begin) + 0.5); /* splines are polynomials on each half of a cell */
+    for (int q = 0; q < 3; q++) {
+      PetscReal      xi   = 0.5 * (begin + end) + 0.5 * (end - begin) * at[q], w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+      const PetscInt base = MPMBasisBase(hats, &xi, 0, grid->cells[d], PETSC_FALSE, grid->wall_basis[d]);
+
+      MPMBasisWeights(hats, xi, 0, base, grid->cells[d], grid->wall_basis[d], w, g);
+      if (i >= base && i < base + MPMBasisNodes(hats)) sum += (end - begin) * weight[q] * w[i - base];
+    }
+  }
+  return sum;
+}
+
+/* Returns the integral, in cells, of the function of node i of axis d over the part of the grid that is before the
+   pistons, 0 behind them. Sets *cut if the plane of one cuts it. */
+static PetscReal Room(const MPMParams *par, const MPMPatch *patch, PetscInt d, PetscInt i, PetscBool *cut)
+{
+  const MPMGrid *grid = patch->grid;
+  PetscBool      here = PETSC_FALSE;
+  PetscReal      end[2];
+
+  if (grid->periodic[d]) return 1;
+  for (PetscInt side = 0; side < 2; side++) {
+    const MPMFace  *f  = &par->walls->given[d][side];
+    const PetscReal at = par->walls->place[2 * d + side] / grid->h[d];
+
+    end[side] = side ? (PetscReal)grid->cells[d] - at : at;
+    if (f->type == MPM_WALL_piston && (side ? grid->cells[d] - i : i) <= f->reach + f->beside) *cut = here = PETSC_TRUE;
+  }
+  return here ? Between(patch->basis, grid, d, i, end[0], end[1])
+              : MPMBasisIntegral(patch->basis, i, grid->cells[d], grid->wall_basis[d]);
+}
+
 void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)
 {
   const MPMGrid *grid = patch->grid;
   const PetscInt dim = grid->dim, nc = MPM_MOTION_NC(dim);
 
-  (void)par;
   for (PetscInt i = r->first; i < r->last; i++) {
     const MPMNode *n      = r->sum + i;
     PetscReal     *motion = r->motion + i * nc, space = 1;
     const PetscInt ijk[3] = {r->ijk[0] + i, r->ijk[1], r->ijk[2]};
+    PetscBool      cut    = PETSC_FALSE;
 
-    for (PetscInt d = 0; d < dim; d++)
-      space *= grid->h[d] * (grid->periodic[d] ? 1
-                                               : MPMBasisIntegral(patch->basis, MPMGridFold(grid, d, ijk[d]),
-                                                                  grid->cells[d], grid->wall_basis[d]));
+    for (PetscInt d = 0; d < dim; d++) space *= grid->h[d] * Room(par, patch, d, MPMGridFold(grid, d, ijk[d]), &cut);
     for (PetscInt c = 0; c < nc; c++) motion[c] = 0;
     motion[0] = space > 0 ? n->m / space : 1;
+    if (cut) motion[0] = PetscMin(1, motion[0] / FULL);
     motion[1] = n->p[0] > 0 ? n->p[1] / n->p[0] : 0;
     if (nc > 2) motion[2] = n->m > 0 ? n->p[2] / n->m : 0;
   }
+}
+
+/* Returns the share of the function of a node that is before a plane, whose distance is t cells, below 0 if the node is
+   behind it: by a curve that is within a fifth of the integrals of all bases where they matter. */
+static PetscReal ShareBefore(MPMBasis basis, PetscReal t)
+{
+  const PetscReal half = MPMBasisIsSpline(basis) ? MPMBasisNodes(basis) > 3 ? 1.4 : 1.2 : 1;
+  const PetscReal u    = PetscClipInterval(0.5 * (t / half + 1), 0, 1);
+
+  return u * u * (3 - 2 * u);
+}
+
+/* Does at the surfaces of rigid bodies what MPMNodesVolume does at pistons. */
+PetscErrorCode MPMVolumesAfter(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMGrid *grid = &core->grid;
+
+  PetscFunctionBeginUser;
+  (void)phase;
+  MPM_FOR_OWN_ROWS(&core->exchange.patch, r)
+  for (PetscInt i = r.first; i < r.last; i++) {
+    PetscInt  ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
+    PetscReal x[3], share = 1, *full = r.motion + i * MPM_MOTION_NC(grid->dim);
+
+    for (PetscInt d = 0; d < grid->dim; d++) ijk[d] = MPMGridFold(grid, d, ijk[d]);
+    MPMGridNodeAt(grid, ijk, x);
+    for (PetscInt b = 0; b < core->rigids.n; b++) {
+      PetscReal n[3] = {0}, h2 = 0, distance = MPMRigidDistance(&core->rigids.body[b], grid->dim, x, n);
+
+      for (PetscInt d = 0; d < grid->dim; d++) h2 += PetscSqr(n[d] * grid->h[d]);
+      share *= h2 > 0 ? ShareBefore(core->basis, distance / PetscSqrtReal(h2)) : distance > 0 ? 1 : 0;
+    }
+    if (share < 1) *full = share > 0 ? PetscMin(1, *full / (FULL * share)) : 1;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMVolumesStep(MPMCore *core, const MPMStatus *last)

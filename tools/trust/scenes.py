@@ -440,6 +440,38 @@ def front(*places):
     return get
 
 
+def pressed(n, fluid, velocity, end):
+    """A closed box, 1 m x 0.2 m, whose side is a piston."""
+    walls = grid([0, 0], [1, 0.2], 1 / n, xmin="slip", ymin="slip", ymax="slip", xmax="piston")
+    return (walls + f" -bc_xmax_velocity '{velocity}'" + fluid + box([0, 0], [1, 0.2])
+            + ends(end, snapshots=1, history="", more="-history_walls xmin,xmax"))
+
+
+def pressed_water(n):
+    return pressed(n, material("fluid", rho=1000, K=2.2e6), "t < 0.5 ? -0.02 : 0", 0.8)
+
+
+def pressed_gas(n):
+    air = material("fluid", rho=1.2, K=1.4e5, tait_gamma=1.4)
+    return pressed(n, air, "t < 0.2 ? -2.5 : 0", 0.25)
+
+
+def wall_pressure(face, since):
+    """Mean of what is on the side of 0.2 m, in kPa, over the times from `since` on."""
+    def get(run, n):
+        late = run.column("time") > since
+        return abs(run.column(f"reaction_{face}_x")[late].mean()) / 0.2 / 1e3
+    return get
+
+
+def beyond(place):
+    """Share of the mass whose x is above `place`."""
+    def get(run, n):
+        x, mass = run.particles(-1, "x", "mass")
+        return np.average(x[:, 0] > place, weights=mass)
+    return get
+
+
 def closed_dam(n):
     return tank(n, box([0, 0], [0.4, 0.8]), ends(3, snapshots=1, more="-checkpoint_every 3"))
 
