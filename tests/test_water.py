@@ -2,7 +2,7 @@
 
 usage: test_water.py PEBBLE SOURCE MPIEXEC [WORDS]
 
-WORDS: some, rest, rest_others, bits; most: each scene on 40 cells in a metre and in 3-D, and each preset, by turns; or all [CELLS...]:
+WORDS: some, footing, rest, rest_others, bits; most: each scene on 40 cells in a metre and in 3-D, and each preset, by turns; or all [CELLS...]:
 each scene with all presets on grids of so many cells, and in 3-D; with 80 cells only balanced.
 """
 import glob
@@ -133,6 +133,20 @@ def check_sound():
     check.that(same == other and 0.95 < none < 1.001 and 0.1 < left < 0.9 * none, f"sound over 5 periods of 40 cells keeps {none:.3f} of its energy, {left:.3f} with relaxation; digests {same}, {other} without")
 
 
+def check_footing():
+    """A rigid rough footing pressed 0.1 m into sand keeps its load: what opens beside it takes nothing from what is pressed."""
+    lines = ["-dim 2", "-grid_lower 0,0", "-grid_upper 6,3", "-grid_h 0.25,0.25", f"-gravity 0,-{G}", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed", "-materials m", "-material_m_model druckerprager",
+             "-material_m_rho 1700", "-material_m_E 5e7", "-material_m_nu 0.3", "-material_m_friction_angle 30", "-material_m_fit plane_strain", "-bodies foot,b", "-body_foot_shape box", "-body_foot_lower 0,2.5",
+             "-body_foot_upper 1,3", "-body_foot_rigid moving", "-body_foot_mu 0.6", '-body_foot_velocity "0,-0.05*min(t/0.2,1)"', "-body_b_material m", *box([0, 0], [6, 2.5]), "-initial_stress k0", "-history_bodies foot",
+             "-history_every 0.02", "-time_end 2"]
+    words = ["-options_file", check.write("footing.opts", lines), "-output_dir", ".", "-output_name", "footing", "-output_format", "none", "-report_indicator", "false"]
+    loads = []
+    for more in ([], ["-material_m_relaxation", 0]):
+        check.must(*words, *more)
+        loads.append(-2 * check.history("footing.csv")["reaction_foot_y"][-26:].mean() / (0.5 * 1700 * G * 4))
+    check.that(loads[0] > 0.85 * loads[1] > 6, f"a footing on sand: N_gamma {loads[0]:.1f} after 0.1 m, {loads[1]:.1f} without relaxation")
+
+
 def check_bits():
     """The same bits on any number of processes, in the pool, and after a restart, with volumes that relax."""
     sand = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,2", "-grid_h 0.1,0.1", f"-gravity 0,-{G}", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type separate", "-materials m", "-material_m_model druckerprager",
@@ -154,6 +168,8 @@ def check_bits():
 if words[0] == "some":
     for scene in list(SCENES)[:3]:
         splash(scene, 20)
+elif words[0] == "footing":
+    check_footing()
 elif words[0] == "rest":
     check_rest(False)
     check_layers()

@@ -272,8 +272,8 @@ static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const MPMTi
 /* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which it does not. */
 static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method, const MPMTime *time)
 {
-  const char *name = NULL;
-  PetscReal   nu   = 0;
+  const char *name = NULL, *of = NULL;
+  PetscReal   nu = 0;
 
   PetscFunctionBeginUser;
   if (method->viscosity > 0 || core->grid.total || MPMDampingIsOn(core)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -288,10 +288,16 @@ static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const
       const PetscReal own = MPM_BOUND_runs *
                             PetscSqrtReal(PetscAbsReal(core->params.gravity[d]) * PetscPowReal(upper[d] - lower[d], 3));
 
-      if (own > nu) nu = own, name = b->name;
+      if (own > nu) nu = own, name = b->name, of = m->name;
     }
   }
-  if (name)
+  if (name && core->grid.round)
+    PetscCall(MPMWarn(&core->print,
+                      "how far %s runs out grows as cells get smaller, and is a third too short with -material_%s_fit "
+                      "triaxial; if it counts, use plane_strain, -method_transfer flip -method_damping_viscosity %.1g "
+                      "(docs/choosing.md, soils)",
+                      name, of, (double)nu));
+  else if (name)
     PetscCall(MPMWarn(&core->print,
                       "how far %s runs out grows as cells get smaller; if it counts, use -method_transfer flip "
                       "-method_damping_viscosity %.1g (docs/choosing.md, soils)",
@@ -314,8 +320,16 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
     (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if ((!chosen || m->acts[1] >= 90) && core->grid.dim == 2 && !core->grid.round &&
-        m->acts[1] - angle > MPM_BOUND_angle_acts)
+    if (core->grid.dim != 2 || (chosen && (m->acts[1] < 90 || core->grid.round)) ||
+        m->acts[1] - angle <= MPM_BOUND_angle_acts)
+      continue;
+    if (core->grid.round)
+      PetscCall(MPMWarn(&core->print,
+                        "%s %.3g, fitted in triaxial compression, acts like %.3g degrees where a body of revolution "
+                        "flows as in plane strain, as sand that runs out does; then give %s plane_strain, for specimens "
+                        "in triaxial compression %s triaxial",
+                        name, (double)angle, (double)m->acts[1], fit, fit));
+    else
       PetscCall(MPMWarn(
           &core->print,
           "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "

@@ -103,6 +103,32 @@ static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
   return b->rigid == MPM_RIGID_NONE ? NULL : b;
 }
 
+/* Damping that is on while a wall or a rigid body moves: the force m v/T on the matter that it moves along, over its
+   weight. */
+PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal most = 0, speed = 0;
+
+  (void)k;
+  if (!(look->core->damping.time > 0) || !(look->g > 0)) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
+    if (WallSpeed(look, face, odd, &speed) && speed > most) {
+      most = speed;
+      (void)snprintf(odd->meant, MPM_WORDS, "%s", odd->option);
+    }
+  for (PetscInt r = 0; r < look->scene->nshapes; r++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, look->scene->nloads + 7 + 2 * r);
+
+    speed = MPMUnlikelySize(look, &f);
+    if (speed <= most) continue;
+    most = speed;
+    (void)snprintf(odd->meant, MPM_WORDS, "-body_%s_velocity", f.name);
+  }
+  odd->ratio = most / (look->core->damping.time * look->g);
+  MPMUnlikelyWrite(odd->other, most);
+  return MPMUnlikelyGiven("damping_time", NULL, "", odd);
+}
+
 /* Returns the lightest material, or the densest. */
 static const MPMMaterial *Material(const MPMLook *look, PetscBool densest)
 {

@@ -367,6 +367,20 @@ def limit_load(run, n):
     return np.polyfit((v / 0.1 + np.gradient(v, t))[used], q[used], 1)[1]
 
 
+def sand_footing(n):
+    """A rigid rough footing, 2 m wide, of which a half is computed, is pushed into dry sand of 30 degrees."""
+    return (grid([0, 0], [6, 3], 1 / n, [0, -9.81], xmin="slip", xmax="slip", ymin="fixed") + soil(30, E=5e7, nu=0.3)
+            + box([0, 0], [6, 2.5]).replace("-bodies b", "-bodies foot,b")
+            + " -body_foot_shape box -body_foot_lower 0,2.5 -body_foot_upper 1,3 -body_foot_rigid moving -body_foot_mu 0.6"
+            + " -body_foot_velocity '0,-0.05*min(t/0.2,1)' -initial_stress k0" + ends(2, history="").rstrip() + " -history_bodies foot")
+
+
+def n_gamma(run, n):
+    """Mean over the last fifth of the way, 0.1 m, less the load of the sand beside what has sunk, 18.4 rho g s."""
+    load, sunk = -run.column("reaction_foot_y"), 0.05 * (run.column("time") - 0.1)
+    return np.mean((load / 19620 - 18.4 * sunk)[-20:])
+
+
 def heap(width):
     return lambda n: (grid([0, 0], [4, 1.25], 1 / n, [0, -9.81], xmin="slip", xmax="slip", ymin="fixed") + SAND
                       + box([0, 0], [width, 1]) + ends(2, snapshots=1, more="-output_fields mass"))

@@ -173,6 +173,9 @@ STARTERS = {
                               zero(SLOPE[0], "below the limit", s.rests, (3e-3, 6e-4, 1e-4))),
     "footing that fails": footing("a flexible strip load that grows beyond the limit", 1.4, 2.1, 0, Number(
         "limit over c_u", 2 + math.pi, "Prandtl 1920", s.limit_load, (0.1, 0.05, 0.05))),
+    "footing on sand": Starter(
+        2, "a rigid rough footing, 2 m wide, is pushed 0.1 m into sand of 30 degrees", s.sand_footing, (4, 8, 16),
+        "in half the width", Number("N_gamma", 14.75, "Martin 2005", s.n_gamma, (0.6, 0.3, 0.1))),
     "sand column": heap("a column of dry sand, as high as wide, collapses on a rough floor", 1),
     "tall sand column": heap("a column of dry sand, twice as high as wide", 0.5),
     "sand thrown up": Starter(
@@ -217,11 +220,13 @@ STARTERS = {
 # that is here and is right is an error too: take it out then.
 CLAMP = "matter tears at a clamp where it is stretched to nearly twice its length"
 ORDER = "the particles of a gas that is pressed along one axis lose their order"
-SINKS = "sand that has fallen lies a sixth of a cell in the floor"
+SINKS = "sand that has fallen lies up to a sixth of a cell in the floor"
+LESS = "without dilation sand bears less than with the associated flow of the exact number"
 WRONG = [
+    (LESS, "footing on sand", "", 3),
     (CLAMP, "swinging beam", "", 23),
     (ORDER, "pressed gas", "pressure on the piston", 123),
-    (SINKS, "sand thrown up", "gap under it", 3),
+    (SINKS, "sand thrown up", "gap under it", 23),
 ]
 # {(starter, number, n): why}
 KNOWN = {(name, number.name, STARTERS[name].grids[int(place) - 1]): why for why, names, numbers, places in WRONG
