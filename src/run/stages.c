@@ -5,12 +5,15 @@
 
 /* What is known of the run in stages. */
 typedef struct {
-  char     *text;                      /* the options as given */
+  char     *text; /* the options as given */
   PetscInt  n;
-  char      names[MPM_TEXT_LEN];       /* of the stages */
-  PetscReal began;                     /* when the present stage begins, s */
-  char      checkpoint[MPM_TEXT_LEN];  /* that it goes on from; "": what -restart_file says */
-  PetscBool dry;                       /* -dry_run */
+  char      names[MPM_TEXT_LEN];      /* of the stages */
+  PetscReal began;                    /* when the present stage begins, s */
+  char      checkpoint[MPM_TEXT_LEN]; /* that it goes on from; "": what -restart_file says */
+  PetscBool dry;                      /* -dry_run */
+  PetscInt  nkeeps, *keeps; /* [stages][nkeeps]: of each, what `keeps` of its run is; nkeeps: materials and one */
+  PetscBool read;           /* they are those of all stages */
+  PetscBool stretched;      /* the stage that was read last has domains that stretch */
   MPMSaid   said;
 } Stages;
 
@@ -43,7 +46,8 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   const struct {
     const char *name;
     PetscReal   value;
-  } times[] = {{"-time_end", s->began + TimeOf(s, k, name, &all)}, {"-output_every", all / 20}, {"-history_every", all / 100}};
+  } times[] = {
+      {"-time_end", s->began + TimeOf(s, k, name, &all)}, {"-output_every", all / 20}, {"-history_every", all / 100}};
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsOverlayEnd());
@@ -52,9 +56,10 @@ static PetscErrorCode SetOptions(const Stages *s, PetscInt k)
   for (size_t j = 0; j < sizeof times / sizeof times[0]; j++) {
     char given[MPM_TEXT_LEN];
 
-    (void)snprintf(value, sizeof value, "%.15g", (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
+    (void)snprintf(value, sizeof value, "%.15g",
+                   (double)PetscMax(0, times[j].value)); /* as one would write it: 0.3, not 0.1 + 0.2 */
     if (!j || (j && all > 0 && !MPMOptionsFindIn(options, times[j].name, given) &&
-        !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
+               !(j == 1 && MPMOptionsFindIn(options, "-output_format", given) && !strcasecmp(given, "none"))))
       PetscCall(MPMOptionsOverlay(times[j].name, value));
   }
   if (s->checkpoint[0]) PetscCall(MPMOptionsOverlay("-restart_file", s->checkpoint));
@@ -72,8 +77,9 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   for (PetscInt j = k; j <= s->n; j++) end += TimeOf(s, j, name, &all);
   PetscCall(MPMCreate(PETSC_COMM_WORLD, mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, o));
-  (*mpm)->core.print.said   = &s->said;
-  (*mpm)->core.stages = (MPMStages){k, s->n, s->began, end};
+  (*mpm)->core.print.said = &s->said;
+  (*mpm)->core.stages     = (MPMStages){k, s->n, s->began, end};
+  (*mpm)->keeps           = s->read ? s->keeps + (k - 1) * s->nkeeps : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,8 +95,7 @@ static PetscErrorCode Tell(const Stages *s, PetscInt k, MPMOptions o)
   (void)snprintf(option, sizeof option, "-stage_%s_%.*s", name, (int)strcspn(error, " :"), error + 1);
   option[strcspn(option, " :")] = 0;
   if (error[0] == '-' && MPMOptionsFindIn(s->text, option, value)) k = 2; /* the stage gives it */
-  PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "",
-                         error));
+  PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr, k > 1 ? "stage %s: %s\n" : "%s%s\n", k > 1 ? name : "", error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,6 +108,48 @@ static PetscErrorCode Blame(const Stages *s, PetscInt k, MPMOptions o)
   PetscCall(MPMStagesForbidden(s->text, s->names, k, o, why));
   PetscCall(why[0] ? PetscFPrintf(PETSC_COMM_WORLD, stderr, "%s\n", why) : Tell(s, k, o));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Notes what stage k, which has been read, needs of its particles; refuses what they could not have. */
+static PetscErrorCode NoteNeeds(Stages *s, PetscInt k, MPM mpm, MPMOptions o)
+{
+  const MPMScene *scene = &mpm->scene;
+  PetscBool       flows = PETSC_FALSE;
+  PetscInt       *keeps;
+
+  PetscFunctionBeginUser;
+  if (k > 1 && mpm->core.needs.stretched && !s->stretched)
+    MPMOptionsFail(
+        o, "-method_basis gimp begins in this stage, and its domains, which stretch with elastic matter, have to do "
+           "so from the start; give -method_basis gimp for all stages, or another basis here");
+  s->stretched = mpm->core.needs.stretched;
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMSetNeeds(mpm));
+  s->nkeeps = scene->nmaterials + 1;
+  if (!s->keeps) PetscCall(PetscCalloc1(s->n * s->nkeeps, &s->keeps));
+  keeps = s->keeps + (k - 1) * s->nkeeps;
+  for (PetscInt m = 0; m < scene->nmaterials; m++) keeps[m] = scene->materials[m].state;
+  for (PetscInt b = 0; b < scene->nfilled; b++) flows = flows || scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
+  if (flows && mpm->core.needs.rim) keeps[s->nkeeps - 1] |= MPM_BIT(rim);
+  if (flows && mpm->core.needs.start) keeps[s->nkeeps - 1] |= MPM_BIT(X);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets each stage keep what a later one needs; and F if any does, since J takes its place where it is not kept. */
+static void KeepForLater(Stages *s)
+{
+  for (PetscInt m = 0; m < s->nkeeps; m++) {
+    PetscInt all = 0, later = 0;
+
+    for (PetscInt k = 0; k < s->n; k++) all |= s->keeps[k * s->nkeeps + m] & MPM_BIT(F);
+    for (PetscInt k = s->n - 1; k >= 0; k--) {
+      const PetscInt needs = s->keeps[k * s->nkeeps + m];
+
+      s->keeps[k * s->nkeeps + m] = later | all;
+      later |= needs;
+    }
+  }
+  s->read = PETSC_TRUE;
 }
 
 /* Reads the options of all stages, without what a checkpoint says and without the constants of the model, whose file a
@@ -125,6 +172,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     PetscCall(Make(s, k, &mpm, &o));
     if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
     PetscCall(MPMReadOptions(mpm, o));
+    if (!MPMOptionsError(o)) PetscCall(NoteNeeds(s, k, mpm, o));
     *good = MPMOptionsError(o) ? PETSC_FALSE : PETSC_TRUE;
     if (!*good) PetscCall(Blame(s, k, o));
     s->began += TimeOf(s, k, name, &all);
@@ -132,11 +180,12 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     PetscCall(MPMDestroy(&mpm));
   }
   s->began = 0;
+  if (*good) KeepForLater(s);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Makes stage k, or finds in *k which one the checkpoint is of, if it is another. *ended: it has come to its end. */
-static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MPMOptions),
+static PetscErrorCode One(Stages *s, PetscInt                    *k, PetscErrorCode (*read)(MPM, MPMOptions),
                           PetscErrorCode (*run)(MPM, int *), int *status, PetscBool *ended)
 {
   MPM        mpm;
@@ -160,7 +209,8 @@ static PetscErrorCode One(Stages *s, PetscInt *k, PetscErrorCode (*read)(MPM, MP
     *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm) ? PETSC_TRUE : PETSC_FALSE;
     PetscCallMPI(MPI_Bcast(ended, 1, MPM_MPI_BOOL, 0, PETSC_COMM_WORLD)); /* workers of a pool know nothing of it */
     s->began = mpm->core.t;
-    (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s", mpm->checkpoint.path[0] ? mpm->checkpoint.path : mpm->checkpoint.from);
+    (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s",
+                   mpm->checkpoint.path[0] ? mpm->checkpoint.path : mpm->checkpoint.from);
     PetscCallMPI(MPI_Bcast(&s->began, 1, MPIU_REAL, 0, PETSC_COMM_WORLD));
     PetscCallMPI(MPI_Bcast(s->checkpoint, sizeof s->checkpoint, MPI_CHAR, 0, PETSC_COMM_WORLD));
     if (*ended) ++*k;
@@ -221,6 +271,7 @@ PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorC
     if (k == was) break; /* it stopped, or was not to run */
   }
   for (k = 2; s.dry && good && *status == MPM_EXIT_OK && k <= s.n; k++) PetscCall(Look(&s, k));
+  PetscCall(PetscFree(s.keeps));
   PetscCall(PetscFree(s.said.lines));
   PetscCall(MPMOptionsOverlayEnd());
   PetscCall(PetscFree(s.text));
