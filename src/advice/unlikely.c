@@ -1,6 +1,7 @@
 /* unlikely.c - notes values of a valid scene that are hardly meant, before the first step: the rows of plausible.def. Of each
    material, body, load ... the first row that finds something is told. It changes no state. */
 #include "advice/unlikely.h"
+#include "physics/sizes.h"
 
 /* --- The table ---------------------------------------------------------------------------------------------------- */
 
@@ -19,21 +20,49 @@ static const struct {
 };
 #define NROWS (sizeof rows / sizeof rows[0])
 
-/* Writes a text with the words of what was found in the place of {option} ... */
-static void Fill(const char text[], const MPMOdd *odd, char line[MPM_TEXT_LEN])
+/* Units of a number that is too small, one after the other, by the first of which a text names them, and what the number has to be
+   multiplied by. */
+static const struct {
+  const char *first, *name;
+  PetscReal   factor;
+} units[] = {{"{pressure}", "kPa", 1e3},
+             {"{pressure}", "MPa", 1e6},
+             {"{pressure}", "GPa", 1e9},
+             {"{density}", "t/m^3 or g/cm^3", 1e3},
+             {"{density}", "t/mm^3", 1e12}};
+
+/* Returns the first unit in which what is meant is no longer below the bound, or the first of all, and writes it in that unit,
+   where it was in the first one. */
+static const char *Unit(const char text[], PetscReal bound, MPMOdd *odd)
 {
-  char ratio[MPM_WORDS];
+  const char *first = "";
+
+  for (size_t j = 0; j < sizeof units / sizeof units[0]; j++) {
+    if (!strstr(text, units[j].first)) continue;
+    if (!first[0]) first = units[j].name;
+    if (!(odd->ratio * units[j].factor >= bound)) continue;
+    MPMUnlikelyWrite(odd->meant, strtod(odd->meant, NULL) * units[j].factor / 1e3);
+    return units[j].name;
+  }
+  return first;
+}
+
+/* Writes a text with the words of what was found in the place of {option} ... What is meant for -grid_h is the largest size
+   of cells, of which one that divides the box is told. */
+static void Fill(const MPMGrid *grid, const char text[], const MPMOdd *odd, const char unit[], char line[MPM_TEXT_LEN])
+{
+  char ratio[MPM_WORDS], sizes[MPM_WORDS];
   const struct {
     const char *name, *words;
-  } all[]           = {{"{option}", odd->option},
-                       {"{value}", odd->value},
-                       {"{ratio}", ratio},
-                       {"{other}", odd->other},
-                       {"{meant}", odd->meant}};
+  } all[] = {{"-grid_h {meant}", sizes}, {"{pressure}", unit}, {"{density}", unit},     {"{option}", odd->option},
+             {"{value}", odd->value},    {"{ratio}", ratio},   {"{other}", odd->other}, {"{meant}", odd->meant}};
   const size_t nall = sizeof all / sizeof all[0];
   size_t       n    = 0;
 
   MPMUnlikelyWrite(ratio, odd->ratio);
+  (void)snprintf(sizes, sizeof sizes, "-grid_h ");
+  if (strstr(text, all[0].name))
+    MPMGridSizes(grid, strtod(odd->meant, NULL), sizes + strlen(sizes), sizeof sizes - strlen(sizes));
   line[0] = 0;
   while (*text && n < MPM_TEXT_LEN - 1) {
     size_t k = 0;
@@ -53,14 +82,16 @@ static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
 {
   PetscFunctionBeginUser;
   for (size_t r = 0; r < NROWS; r++) {
-    MPMOdd odd;
-    char   line[MPM_TEXT_LEN];
+    MPMOdd      odd;
+    char        line[MPM_TEXT_LEN];
+    const char *unit;
 
     if (rows[r].of != of) continue;
     PetscCall(PetscMemzero(&odd, sizeof odd));
     if (!rows[r].look(look, k, &odd)) continue;
     if (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)) continue;
-    Fill(rows[r].text, &odd, line);
+    unit = Unit(rows[r].text, rows[r].bound, &odd);
+    Fill(&look->core->grid, rows[r].text, &odd, unit, line);
     PetscCall(MPMNote(&look->core->print, "%s", line));
     if (of != OF_run) break;
   }

@@ -9,7 +9,10 @@ PetscBool MPMUnlikely_ppc_one(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (look->core->grid.dim == 1 || look->core->grid.total || look->scene->known || b->points) return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMin(odd->ratio, (PetscReal)b->ppc[d]);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    odd->ratio = PetscMin(odd->ratio, (PetscReal)b->ppc[d]);
+    MPMUnlikelyAppend(odd->meant, 3, PetscMax(2, (PetscReal)b->ppc[d]));
+  }
   return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
 }
 

@@ -1,6 +1,7 @@
 /* contact_find.c - where bodies may meet in a step: the nodes of contact, how far the matter of both sides is apart, and which
    nodes are not to be light. Everything that is added up over particles is a whole number, and all other things are
    minima, so they have the same bits in every sequence; every process knows all nodes of contact. */
+#include "physics/sizes.h"
 #include "step/contact_search.h"
 
 #define BESIDE  1.24 /* cells: matter that is farther beside a column does not count as that ahead of a rigid body */
@@ -9,12 +10,14 @@
 #define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
 #define NENDS   14   /* numbers of a node of which all processes have the least */
 #define FACING  -0.8 /* cosine of the angle between normals on both sides of a thin body */
-#define THIN    1.75 /* cells: a body that is thinner between matter on both sides is warned of; measured: at 1.5 a block that
+#define THIN                                                                                                           \
+  1.75 /* cells: a body that is thinner between matter on both sides is warned of; measured: at 1.5 a block that
                        strikes a plate gives one behind it 0.14 of its momentum, at 2 0.01 */
-#define COARSE 8   /* cells in the radius of a rigid ball, below which it is slow on matter; docs/choosing.md has what was measured */
-#define SLIDES 4   /* cells: its way along matter from which on it is told */
-#define OVERLAPS 0.5 /* cells: bodies that do so along the axis of their normal lie beside each other */
-#define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
+#define COARSE                                                                                                         \
+  8 /* cells in the radius of a rigid ball, below which it is slow on matter; docs/choosing.md has what was measured */
+#define SLIDES   4            /* cells: its way along matter from which on it is told */
+#define OVERLAPS 0.5          /* cells: bodies that do so along the axis of their normal lie beside each other */
+#define MOST     ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
 /* Makes the nodes of contact of the sums, and the sites of their copies. */
 static PetscErrorCode MakeNodes(Search *s)
@@ -129,7 +132,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p, uint6
   }
   if (grid->round) hoop = grid->h[0] / PetscMax(s->view.x[p * dim], MPM_ROUND_LEAST * grid->h[0]);
   if (rigid) { /* by the distance and the normal where the particle is */
-    const PetscReal *x    = s->view.x + p * dim;
+    const PetscReal *x = s->view.x + p * dim;
 
     from = MPMRigidDistance(rigid, dim, x, own);
     MPMRigidVelocity(rigid, dim, x, V);
@@ -256,10 +259,11 @@ static PetscErrorCode WarnBeside(Search *s)
     MPMGridNodeAt(grid, q->ijk, x);
     MPMPlaceWords(grid->dim, x, at);
     s->c->beside = PETSC_TRUE;
-    PetscCall(MPMWarn(&s->core->print,
-                      "seen at t=%g s: along %c (-contact_%s_normal) the bodies of contact %s overlap by %.2g cells near "
-                      "%s, and pass through each other there; leave out -contact_%s_normal",
-                      (double)s->core->t, "xyz"[axis], pair->name, pair->name, (double)by, at, pair->name));
+    PetscCall(
+        MPMWarn(&s->core->print,
+                "seen at t=%g s: along %c (-contact_%s_normal) the bodies of contact %s overlap by %.2g cells near "
+                "%s, and pass through each other there; leave out -contact_%s_normal",
+                (double)s->core->t, "xyz"[axis], pair -> name, pair -> name, (double)by, at, pair -> name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -274,6 +278,7 @@ static PetscErrorCode NoteCoarse(Search *s)
   for (PetscInt pair = 0; pair < s->c->npairs; pair++) {
     MPMRigid *rigid = s->c->pair[pair].rigid;
     PetscReal most2 = 0;
+    char      sizes[MPM_NAME_LEN];
 
     if (!rigid || !rigid->free || rigid->slid < 0 || s->c->pair[pair].flows || !MPMRigidIsRound(rigid)) continue;
     if (rigid->shape->radius > (COARSE - 0.1) * h) continue;
@@ -288,10 +293,12 @@ static PetscErrorCode NoteCoarse(Search *s)
     rigid->slid += s->core->params.dt * PetscSqrtReal(most2);
     if (rigid->slid < SLIDES * h) continue;
     rigid->slid = -1;
-    PetscCall(MPMNote(&s->core->print,
-                      "seen at t=%g s: the rigid body %s, with %.2g cells in its radius, slides or rolls on matter; smooth "
-                      "disks with 4, 8 and 16 then have 0.86, 0.96 and 0.99 of their speed; choose -grid_h %.3g",
-                      (double)s->core->t, rigid->name, (double)(rigid->shape->radius / h), (double)(rigid->shape->radius / 16)));
+    MPMGridSizes(&s->core->grid, rigid->shape->radius / 16, sizes, sizeof sizes);
+    PetscCall(
+        MPMNote(&s->core->print,
+                "seen at t=%g s: the rigid body %s, with %.2g cells in its radius, slides or rolls on matter; smooth "
+                "disks with 4, 8 and 16 then have 0.86, 0.96 and 0.99 of their speed; choose -grid_h %s",
+                (double)s->core->t, rigid->name, (double)(rigid->shape->radius / h), sizes));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
