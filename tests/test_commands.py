@@ -25,15 +25,20 @@ import glob
 import os
 import re
 import shlex
+import shutil
 import sys
 
 import check
 import mpi
 
-PROGRAMS = r"\./pebble(?:-study)?|mpicc|(?:\.venv/bin/)?python3?|mpiexec|make|mkdir|cp|ctest|valgrind|module|srun|sbatch|smpirun|(?:build|tools)/\S+"
+PROGRAMS = r"\./pebble(?:-study)?|mpicc|(?:\.venv/bin/)?python3?|mpiexec|make|mkdir|cp|ctest|valgrind|module|srun|sbatch|smpirun|pvpython|(?:build|tools)/\S+"
 COMMAND = re.compile(rf"\$ |(?:[A-Z_]+=\S+ )*(?:{PROGRAMS})(?: |$)")
 HIDDEN = re.compile(r"\$ |\./pebble(?:-study)? |mpiexec |make [a-z]+$")  # in a block that does not begin with a command
 FILE = re.compile(r"file `([\w.-]+)`[^`]*:$")
+
+# What pvpython needs in front of it here; None: it is missing, or there is no screen, not even a false one.
+SCREEN = "" if os.environ.get("DISPLAY") else "xvfb-run -a " if shutil.which("xvfb-run") else None
+SCREEN = SCREEN if shutil.which("pvpython") else None
 
 # Commands that are not run here, and why. What they name has to exist all the same.
 NOT_RUN = [
@@ -50,6 +55,7 @@ NOT_RUN = [
     (r"mpiexec --oversubscribe -n 32", "32 processes with millions of particles"),
     (r"GLIBC_TUNABLES=|.* \[-name value \.\.\.\]$", "a sketch: ... stands for a scene or for options"),
     (r"ctest --test-dir", "a test cannot run the tests"),
+    *([(r"pvpython ", "needs ParaView and a screen")] if SCREEN is None else []),
 ]
 # What differs from run to run, or from machine to machine: of a printed line, what is left of it (None: nothing), and why.
 VARIES = [
@@ -207,6 +213,7 @@ def run(command, folder):
     where = os.path.dirname(check.mpiexec)
     env = {"PATH": f"{where}:{os.environ['PATH']}"} if where else {}
     env |= {"MPLCONFIGDIR": os.path.join(check.source, ".venv", "matplotlib")}
+    command = SCREEN + command if command.startswith("pvpython ") else command
     status, out, err = mpi.run(1, ["bash", "-c", command], timeout=600, plain="mpiexec" in command, cwd=folder, env=env)
     return status, out.rstrip("\n").split("\n") * bool(out.strip()) + mpi.own_lines(err)
 
@@ -299,7 +306,7 @@ def missing(command, targets):
     if words[0] == "make":
         lost += [word for word in words[1:] if re.fullmatch(r"[a-z][a-z-]*", word) and word not in targets]
     for word in words:
-        if re.match(r"(tools|options|tests)/[\w./-]+$", word) and not os.path.exists(os.path.join(check.source, word)):
+        if re.match(r"(tools|options|tests|examples)/[\w./-]+$", word) and not os.path.exists(os.path.join(check.source, word)):
             lost.append(word)
     return lost
 

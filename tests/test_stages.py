@@ -146,6 +146,9 @@ def checked():
                        ("-stage_shake_remove soil", "stage shake: -remove gate,lid,soil: no particle would be left"), ("-stage_settle_remove lid", "-stage_settle_remove does not apply: nothing can leave before the first stage"),
                        ("-time_end 3", "-time_end does not apply with -stages: each lasts -stage_<s>_time"), ("-stage_cut_time_end 3", "-stage_cut_time_end does not apply: a stage lasts -stage_cut_time"),
                        ("-stage_cut_bc_xmin_type periodic\n-stage_cut_bc_xmax_type periodic\n-stage_cut_bc_xmax_velocity default", "may not change; a wall cannot become or cease to be periodic or a piston"),
+                       ("-stage_cut_contact_mu 0.3", "stage cut: fault.opts:46: -contact_mu is not given before and is 0.3 in this stage; it may not change; contact between bodies cannot begin or end"),
+                       ("-contact_mu 0.3\n-stage_cut_contact_mu default", "stage cut: -contact_mu is 0.3 before and is not given in this stage; it may not change; contact between bodies cannot begin or end"),
+                       ("-stage_cut_method_carry all", "-stage_cut_method_carry: -method_carry may not change in a stage, since all stages share it; give -method_carry"),
                        ("-stage_cut_method_time static", "stage cut: "), ("-stage_cut_check_energy 0.1", "stage cut: fault.opts:46: -check_energy does not apply")):
         keys = {line.split()[0] for line in add.split("\n")}
         check.write("fault.opts", BASE + "".join(line + "\n" for line in STAGES.splitlines() if line.split()[0] not in keys) + add + "\n")
@@ -166,6 +169,27 @@ def checked():
     one, = re.findall(r"^predict +(\S+) steps of", dry.out, re.M)
     all_, = re.findall(r"^predict +that is this stage; with steps as here, all stages to t=2.11 s take (\S+) steps, roughly ", dry.out, re.M)
     check.that(abs(float(all_) / float(one) - 2.11 / 2) < 1e-3, f"it predicts {one} steps of the first, {all_} of all")
+
+
+def carried():
+    """What a later stage needs of particles they have from the start; what they cannot have is refused before the first step."""
+    first, second = "-stages a,b\n-stage_a_time 0.03\n-stage_b_time 0.03\n", ("-output_every", 0.03, "-history_every", 0.004)
+    check.write("carried.opts", BASE + first + "-output_fields velocity\n-stage_b_output_fields velocity,plastic_strain\n")
+    whole = check.scene_in("carried.opts", "carried")
+    by = [check.scene_in("base.opts", "hand2", *second, "-output_fields", "velocity,plastic_strain", "-checkpoint_every", 1e30, "-time_end", 0.03),
+          check.scene_in("base.opts", "hand2", *second, "-output_fields", "velocity,plastic_strain", "-restart_file", "latest", "-time_end", 0.06)]
+    check.that(whole.good and digests(whole) == [one.digest for one in by], f"plastic strain that a later stage shows is summed from the start, as by hand: {whole.err.strip()}")
+    matter = [line for line in BASE.splitlines() if not any(word in line for word in ("gate", "friction", "fit", "cohesion", "_E ", "_nu ", "_model", "-bodies", "xmax", "output"))]
+    bare = "\n".join(matter) + "\n-bodies soil,lid\n-output_format none\n-bc_xmax_type slip\n" + first
+    metal = bare + "-material_soil_model vonmises\n-material_soil_E 2e6\n-material_soil_nu 0.3\n-material_soil_yield 1e4\n-method_locking none\n"
+    for text, change in ((bare + "-material_soil_model fluid\n-material_soil_K 2e6\n", "-stage_b_material_soil_viscosity 10"), (metal, "-stage_b_bc_ymin_type separate"), (metal.replace("-bc_ymin_type fixed", "-bc_ymin_type separate"), "-stage_b_bc_ymin_type fixed")):
+        plain = check.scene_in(check.write("carried.opts", text), "carried")
+        check.write("carried.opts", text + change + "\n")
+        runs = [check.scene_in("carried.opts", "carried", way=way) for way in (1, 2, "pool")]
+        check.that(all(one.good and digests(one) == digests(runs[0]) for one in runs) and digests(plain)[1] != digests(runs[0])[1], f"{change}: two stages, with the same digests in three ways: {runs[0].err.strip()}")
+    check.write("carried.opts", bare + "-material_soil_model neohookean\n-material_soil_E 2e6\n-material_soil_nu 0.3\n-method_basis bspline2\n-stage_b_method_basis gimp\n")
+    told = check.scene_in("carried.opts", check.folder("carried"))
+    check.that(told.status == 2 and len(told.lines) == 1 and "stage b: carried.opts:29: -method_basis gimp begins in this stage, and its domains, which stretch with elastic matter, have to do so from the start; give -method_basis gimp for all stages, or another basis here" in told.err and "digest" not in told.out, told.err.strip())
 
 
 def statics():
@@ -196,5 +220,6 @@ def statics():
 same()
 goes_on()
 checked()
+carried()
 statics()
 check.end()

@@ -159,6 +159,13 @@ def draws():
         pixels = np.asarray(Image.open(picture).convert("RGB")).astype(int)
         coloured = (np.ptp(pixels, axis=-1) > 40).mean()
         check.that(0.02 < coloured < 0.9, f"{100 * coloured:.1f} % of its picture is coloured")
+        ends = [(side > 40).mean() for side in (above := pixels[:650, :, 0] - pixels[:650, :, 2], -above)]  # red, blue; the bar is below
+        check.that(field or min(ends) > 0.001, f"{100 * ends[0]:.2f} % of it is red, {100 * ends[1]:.2f} % blue: both ends of the bar are there")
+        check.that((pixels[0].min(), pixels[-1].min(), pixels[:, 0].min(), pixels[:, -1].min()) == (255,) * 4, "nothing reaches its edge")
+    env.pop("DISPLAY", None)
+    blind = subprocess.run(["pvpython", script, "disks/disks.xdmf"], capture_output=True, text=True, timeout=300, env=env)
+    told = "draw_paraview.py: there is no screen (DISPLAY), and this pvpython cannot draw without one; write xvfb-run -a in front\n"
+    check.that(blind.returncode == 0 or blind.stderr == told, f"without a screen: {blind.stderr[-300:]}")
     wrong = draw("disks/disks.xdmf", "colour")
     check.that(wrong.returncode and "no field colour in disks/disks.xdmf; choose of mass, " in wrong.stderr, f"a field that is not there: {wrong.stderr[-300:]}")
 

@@ -19,17 +19,41 @@ static const struct {
 };
 #define NROWS (sizeof rows / sizeof rows[0])
 
+/* Units of a number that is too small, one after the other, by the first of which a text names them, and what the number has to be
+   multiplied by. */
+static const struct {
+  const char *first, *name;
+  PetscReal   factor;
+} units[] = {{"{pressure}", "kPa", 1e3},
+             {"{pressure}", "MPa", 1e6},
+             {"{pressure}", "GPa", 1e9},
+             {"{density}", "t/m^3 or g/cm^3", 1e3},
+             {"{density}", "t/mm^3", 1e12}};
+
+/* Returns the first unit in which what is meant is no longer below the bound, or the first of all, and writes it in that unit,
+   where it was in the first one. */
+static const char *Unit(const char text[], PetscReal bound, MPMOdd *odd)
+{
+  const char *first = "";
+
+  for (size_t j = 0; j < sizeof units / sizeof units[0]; j++) {
+    if (!strstr(text, units[j].first)) continue;
+    if (!first[0]) first = units[j].name;
+    if (!(odd->ratio * units[j].factor >= bound)) continue;
+    MPMUnlikelyWrite(odd->meant, strtod(odd->meant, NULL) * units[j].factor / 1e3);
+    return units[j].name;
+  }
+  return first;
+}
+
 /* Writes a text with the words of what was found in the place of {option} ... */
-static void Fill(const char text[], const MPMOdd *odd, char line[MPM_TEXT_LEN])
+static void Fill(const char text[], const MPMOdd *odd, const char unit[], char line[MPM_TEXT_LEN])
 {
   char ratio[MPM_WORDS];
   const struct {
     const char *name, *words;
-  } all[]           = {{"{option}", odd->option},
-                       {"{value}", odd->value},
-                       {"{ratio}", ratio},
-                       {"{other}", odd->other},
-                       {"{meant}", odd->meant}};
+  } all[] = {{"{pressure}", unit}, {"{density}", unit},     {"{option}", odd->option},
+             {"{value}", odd->value},    {"{ratio}", ratio},   {"{other}", odd->other}, {"{meant}", odd->meant}};
   const size_t nall = sizeof all / sizeof all[0];
   size_t       n    = 0;
 
@@ -53,8 +77,9 @@ static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
 {
   PetscFunctionBeginUser;
   for (size_t r = 0; r < NROWS; r++) {
-    MPMOdd odd;
-    char   line[MPM_TEXT_LEN];
+    MPMOdd      odd;
+    char        line[MPM_TEXT_LEN];
+    const char *unit;
 
     if (rows[r].of != of) continue;
     PetscCall(PetscMemzero(&odd, sizeof odd));
@@ -62,7 +87,8 @@ static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
     if (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)) continue;
     if (look->core->stages.n && !strcmp(odd.option, "-time_end"))
       (void)MPMUnlikelyGiven("stage", look->scene->stages[look->core->stages.now - 1], "_time", &odd);
-    Fill(rows[r].text, &odd, line);
+    unit = Unit(rows[r].text, rows[r].bound, &odd);
+    Fill(rows[r].text, &odd, unit, line);
     PetscCall(MPMNote(&look->core->print, "%s", line));
     if (of != OF_run) break;
   }

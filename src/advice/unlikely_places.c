@@ -1,4 +1,5 @@
 /* unlikely_places.c - the rows of plausible.def of faces, rigid bodies and probes. */
+#include "physics/sizes.h"
 #include "advice/unlikely.h"
 
 #define PISTON 200 /* parts of the run in which the way of a piston is looked at */

@@ -175,10 +175,11 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
     ;
   else if ((n > 1 && MPMOptionsIsOption(word[1])) || (n > 2 && MPMOptionsIsOption(word[2])))
     fault = "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
-  else if (strlen(word[0]) >= MPM_TEXT_LEN || strlen(value) >= MPM_TEXT_LEN - 1) {
-    (void)snprintf(text, sizeof text, "%.50s%s: %s is too long, at most %d characters", word[0],
-                   strlen(word[0]) > 50 ? "..." : "", strlen(value) >= MPM_TEXT_LEN - 1 ? "its value" : "this name",
-                   strlen(value) >= MPM_TEXT_LEN - 1 ? MPM_TEXT_LEN - 2 : MPM_FULL_LEN);
+  else if (strlen(value) >= MPM_TEXT_LEN - 1) {
+    MPMOptionsTooLong(word[0], strlen(value), text, sizeof text);
+    fault = text;
+  } else if (strlen(word[0]) >= MPM_TEXT_LEN) {
+    (void)snprintf(text, sizeof text, "%.50s...: this name is too long, at most %d characters", word[0], MPM_FULL_LEN);
     fault = text;
   } else if (value[0] == '\'')
     fault = "use double quotes";

@@ -81,8 +81,14 @@ static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name
   PetscCall(NoteAsked(o, full));
   (void)snprintf(dashed, sizeof dashed, "-%s", full);
   PetscCall(PetscOptionsGetString(NULL, NULL, dashed, text, MPM_TEXT_LEN, found));
-  if (*found && strlen(text) >= MPM_TEXT_LEN - 1)
-    MPMOptionsFail(o, "-%s: its value is too long, at most %d characters", full, MPM_TEXT_LEN - 2);
+  if (*found && strlen(text) >= MPM_TEXT_LEN - 1) {
+    const char *whole;
+    char        why[MPM_TEXT_LEN];
+
+    PetscCall(PetscOptionsFindPair(NULL, NULL, dashed, &whole, NULL));
+    MPMOptionsTooLong(dashed, strlen(whole), why, sizeof why);
+    MPMOptionsFail(o, "%s", why);
+  }
   if (*found && strspn(text, " ") == strlen(text) && (*row)->type != MPM_BOOL)
     MPMOptionsFail(o, "-%s has no value", full);
   if (!*found && !strcmp((*row)->fallback, "required")) MPMOptionsFail(o, "-%s is required (%s)", full, (*row)->help);
@@ -337,6 +343,15 @@ PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MPMOptionsTooLong(const char name[], size_t length, char text[], size_t len)
+{
+  const size_t n = strlen(name), head = n > 8 && !strcasecmp(name + n - 8, "vertices") ? n - 8 : 0;
+
+  (void)snprintf(text, len, "%.50s%s: its value has %zu characters, at most %d are taken%s%.*s%s", name,
+                 n > 50 ? "..." : "", length, MPM_TEXT_LEN - 2, head ? "; give them in a file, " : "", (int)head, name,
+                 head ? "file" : "");
+}
+
 /* Refuses those options -<group>_<name>_<word>, of the words `all`, that the chosen model or shape does not take; it
    takes the words `taken`. Not collective. */
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],
@@ -354,7 +369,8 @@ PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const ch
     (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
     PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
     if (given)
-      MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "no such option");
+      MPMOptionsFail(o, "%s does not apply: %s %s takes %s%s", full, what, choice, taken[0] ? taken : "no such option",
+                     strcmp(group, "material") ? "" : ", besides rho and k0");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,6 +21,9 @@ struct _MPMOptions {
 const char *MPMOptionsOfStage(MPMOptions, const char given[]);
 PetscBool   MPMOptionsRefuseOfStage(MPMOptions, const char given[], const char nearest[]);
 
+/* Writes that the value of an option, -<name>, is too long; of a polygon what takes its place. */
+void MPMOptionsTooLong(const char name[], size_t length, char text[], size_t len);
+
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN]);
 
 /* Numbers in values (numbers.c). The first two read the value `text` of an option, one number or one an axis; faults

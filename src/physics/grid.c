@@ -39,23 +39,6 @@ PetscReal MPMGridNodes(const MPMGrid *grid, MPMBasis basis)
   return nodes;
 }
 
-void MPMGridFiner(const MPMGrid *grid, PetscReal times, char text[], size_t size)
-{
-  PetscReal most = 1; /* the least product of 2s and 5s that is not below times */
-
-  while (most < times) most *= 2;
-  for (PetscReal fives = 5; fives < most; fives *= 5) {
-    PetscReal product = fives;
-
-    while (product < times) product *= 2;
-    most = PetscMin(most, product);
-  }
-  (void)snprintf(text, size, grid->by_h ? "-grid_h" : "-grid_cells");
-  for (PetscInt d = 0; d < grid->dim; d++)
-    (void)snprintf(text + strlen(text), size - strlen(text), "%c%.10g", d ? ',' : ' ',
-                   (double)(grid->by_h ? grid->h[d] / most : grid->cells[d] * most));
-}
-
 /* Returns the smallest cell size of the axes in m. */
 PetscReal MPMGridSmallestH(const MPMGrid *grid)
 {

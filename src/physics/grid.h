@@ -70,8 +70,4 @@ void      MPMGridSetNodes(MPMGrid *, MPMBasis);    /* sets layers and nodes from
 PetscReal MPMGridNodes(const MPMGrid *, MPMBasis); /* nodes in the arrays of one process that has the whole grid */
 PetscReal MPMGridSmallestH(const MPMGrid *);       /* m */
 
-/* Writes the option that makes the cells of a scene at least so many times as small, by a whole number of 2s and 5s, so that they
-   divide the grid and have few digits. */
-void MPMGridFiner(const MPMGrid *, PetscReal times, char text[], size_t size);
-
 #endif

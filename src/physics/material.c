@@ -45,6 +45,8 @@ PetscInt MPMMaterialAsked(const MPMMaterial *m)
 
 void MPMMaterialKeep(MPMMaterial *m, PetscInt fields)
 {
+  if (fields & MPM_BIT(tau) && MPMListHas(m->type->state, "tau"))
+    m->state |= MPM_BIT(tau); /* of a fluid without viscosity */
   if (!(MPMMaterialAsked(m) & fields & ~m->state)) return;
   m->state |= MPMMaterialAsked(m);
   m->own     = *m->type;

@@ -51,6 +51,8 @@ static const char *Never(const MPMCheckpoint *c, const char row[], const char wa
     return NULL;
   if (c->core->grid.total && (!strcmp(row, "method_basis") || !strcmp(row, "method_wall_basis")))
     return "; in the total frame the state is on the nodes of the basis";
+  if (!strcmp(row, "contact_mu") && !strcasecmp(was, "none") != !strcasecmp(is, "none"))
+    return "; contact between bodies cannot begin or end";
   if (!strcmp(row, "method_time") && !strcasecmp(is, "static"))
     return "; a motion cannot become statics, only statics a motion";
   for (size_t k = 0; k < 2 && !strcmp(row, "bc_<f>_type"); k++)

@@ -95,6 +95,12 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the fields of a material's state that a later stage needs (bits). */
+static PetscInt KeptLater(MPM mpm, PetscInt material)
+{
+  return mpm->keeps ? mpm->keeps[material] : 0;
+}
+
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: what is shown, domains
    that stretch, the volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, gaps in
    bodies (advice/parting.c), a load on its surface. shown: bits of the fields that what is shown reads. */
@@ -102,8 +108,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (shown & MPM_BIT(F) || mpm->core.grid.total || mpm->core.implicit || mpm->core.needs.stretched ||
-      mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat)
+  if (shown & MPM_BIT(F) || KeptLater(mpm, material) & MPM_BIT(F) || mpm->core.grid.total || mpm->core.implicit ||
+      mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
       (mpm->core.gaps || mpm->core.contacts || !MPMMaterialKnowsFlow(&scene->materials[material])))
@@ -114,18 +120,45 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
   return PETSC_FALSE;
 }
 
-/* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
-PetscErrorCode MPMSetPhases(MPM mpm)
+/* Finds what of its particles the scene needs, but for what the method adds (MPMStepSetUp). */
+PetscErrorCode MPMSetNeeds(MPM mpm)
 {
   MPMCore         *core  = &mpm->core;
   MPMScene        *scene = &mpm->scene;
   const PetscInt64 rows  = mpm->monitor.measures.shown | (mpm->output.enabled ? mpm->output.fields : 0);
-  const PetscInt   shown = MPMDiagnosticReads(rows, core);
+  const PetscInt   shown = MPMDiagnosticReads(rows, core), flows = KeptLater(mpm, scene->nmaterials);
+
+  PetscFunctionBeginUser;
+  MPMWallsDerive(&scene->walls);
+  MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
+  PetscCall(MPMGapsCreate(core, &scene->walls));
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    if (!ReadsF(mpm, shown, k)) MPMMaterialDropF(&scene->materials[k]);
+    MPMMaterialKeep(&scene->materials[k], shown | KeptLater(mpm, k));
+    core->needs.state |= scene->materials[k].state;
+  }
+  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.forced  = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.loaded  = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.chosen  = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.barred  = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.stepped = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start   = scene->keeps_start || core->grid.total || core->rest.on || core->implicit || (shown | flows) & MPM_BIT(X)
+                            ? PETSC_TRUE
+                            : PETSC_FALSE;
+  core->needs.rim     = core->gaps || core->contacts || flows & MPM_BIT(rim) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
+PetscErrorCode MPMSetPhases(MPM mpm)
+{
+  MPMCore  *core  = &mpm->core;
+  MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(core->changes.gravity, core->params.gravity, 3));
-  MPMWallsDerive(&scene->walls);
-  MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
+  PetscCall(MPMSetNeeds(mpm));
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;
@@ -138,24 +171,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
     if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     if (core->basis == MPM_BASIS_gimp || MPMWallHas(type, MPM_WALL_PUSHES)) core->params.closed |= (PetscInt)1 << k;
   }
-  PetscCall(MPMGapsCreate(core, &scene->walls));
   PetscCall(MPMPistonsCreate(core));
-  for (PetscInt k = 0; k < scene->nmaterials; k++) {
-    if (!ReadsF(mpm, shown, k)) MPMMaterialDropF(&scene->materials[k]);
-    MPMMaterialKeep(&scene->materials[k], shown);
-    core->needs.state |= scene->materials[k].state;
-  }
-  core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.barred   = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.stepped  = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start || core->grid.total || core->rest.on || core->implicit || shown & MPM_BIT(X)
-                             ? PETSC_TRUE
-                             : PETSC_FALSE;
-  core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
   PetscCall(MPMStepSetUp(core, &mpm->method));

@@ -11,6 +11,9 @@ typedef struct {
   PetscReal began;                    /* when the present stage begins, s */
   char      checkpoint[MPM_TEXT_LEN]; /* that it goes on from; "": what -restart_file says */
   PetscBool dry;                      /* -dry_run */
+  PetscInt  nkeeps, *keeps; /* [stages][nkeeps]: of each, what `keeps` of its run is; nkeeps: materials and one */
+  PetscBool read;           /* they are those of all stages */
+  PetscBool stretched;      /* the stage that was read last has domains that stretch */
   MPMSaid   said;
   char      end[2 * MPM_NAME_LEN]; /* the option that ends the stage */
 } Stages;
@@ -80,6 +83,7 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   (*mpm)->core.print.said = &s->said;
   (*mpm)->core.print.end  = s->end;
   (*mpm)->core.stages     = (MPMStages){k, s->n, s->began, end};
+  (*mpm)->keeps           = s->read ? s->keeps + (k - 1) * s->nkeeps : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,6 +116,48 @@ static PetscErrorCode Blame(const Stages *s, PetscInt k, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Notes what stage k, which has been read, needs of its particles; refuses what they could not have. */
+static PetscErrorCode NoteNeeds(Stages *s, PetscInt k, MPM mpm, MPMOptions o)
+{
+  const MPMScene *scene = &mpm->scene;
+  PetscBool       flows = PETSC_FALSE;
+  PetscInt       *keeps;
+
+  PetscFunctionBeginUser;
+  if (k > 1 && mpm->core.needs.stretched && !s->stretched)
+    MPMOptionsFail(
+        o, "-method_basis gimp begins in this stage, and its domains, which stretch with elastic matter, have to do "
+           "so from the start; give -method_basis gimp for all stages, or another basis here");
+  s->stretched = mpm->core.needs.stretched;
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMSetNeeds(mpm));
+  s->nkeeps = scene->nmaterials + 1;
+  if (!s->keeps) PetscCall(PetscCalloc1(s->n * s->nkeeps, &s->keeps));
+  keeps = s->keeps + (k - 1) * s->nkeeps;
+  for (PetscInt m = 0; m < scene->nmaterials; m++) keeps[m] = scene->materials[m].state;
+  for (PetscInt b = 0; b < scene->nfilled; b++) flows = flows || scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
+  if (flows && mpm->core.needs.rim) keeps[s->nkeeps - 1] |= MPM_BIT(rim);
+  if (flows && mpm->core.needs.start) keeps[s->nkeeps - 1] |= MPM_BIT(X);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets each stage keep what a later one needs; and F if any does, since J takes its place where it is not kept. */
+static void KeepForLater(Stages *s)
+{
+  for (PetscInt m = 0; m < s->nkeeps; m++) {
+    PetscInt all = 0, later = 0;
+
+    for (PetscInt k = 0; k < s->n; k++) all |= s->keeps[k * s->nkeeps + m] & MPM_BIT(F);
+    for (PetscInt k = s->n - 1; k >= 0; k--) {
+      const PetscInt needs = s->keeps[k * s->nkeeps + m];
+
+      s->keeps[k * s->nkeeps + m] = later | all;
+      later |= needs;
+    }
+  }
+  s->read = PETSC_TRUE;
+}
+
 /* Reads the options of all stages, without what a checkpoint says and without the constants of the model, whose file a
    calibration makes. */
 static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
@@ -132,6 +178,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     PetscCall(Make(s, k, &mpm, &o));
     if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
     PetscCall(MPMReadOptions(mpm, o));
+    if (!MPMOptionsError(o)) PetscCall(NoteNeeds(s, k, mpm, o));
     *good = MPMOptionsError(o) ? PETSC_FALSE : PETSC_TRUE;
     if (!*good) PetscCall(Blame(s, k, o));
     s->began += TimeOf(s, k, name, &all);
@@ -139,6 +186,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     PetscCall(MPMDestroy(&mpm));
   }
   s->began = 0;
+  if (*good) KeepForLater(s);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -229,6 +277,7 @@ PetscErrorCode MPMStagesRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorC
     if (k == was) break; /* it stopped, or was not to run */
   }
   for (k = 2; s.dry && good && *status == MPM_EXIT_OK && k <= s.n; k++) PetscCall(Look(&s, k));
+  PetscCall(PetscFree(s.keeps));
   PetscCall(PetscFree(s.said.lines));
   PetscCall(MPMOptionsOverlayEnd());
   PetscCall(PetscFree(s.text));

@@ -3,26 +3,39 @@
    step. */
 #include <strings.h>
 #include "base/checksum.h"
+#include "physics/sizes.h"
 #include "scene/source.h"
 #include "scene/cut.h"
 #include "scene/points.h"
 #include "scene/shapes.h"
 
-/* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
-static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
+/* Refuses a cell size that does not divide axis d, with a size that divides all axes, and with a box that it divides. */
+static void NotDividing(const MPMGrid *grid, MPMOptions o, PetscInt d, const PetscReal h[3])
 {
-  const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
+  PetscReal most = h[0];
+  char      sizes[MPM_NAME_LEN], upper[MPM_NAME_LEN] = "";
+
+  for (PetscInt k = 1; k < grid->dim; k++) most = PetscMin(most, h[k]);
+  MPMGridSizes(grid, most, sizes, sizeof sizes);
+  for (PetscInt k = 0; k < grid->dim; k++)
+    (void)snprintf(
+        upper + strlen(upper), sizeof upper - strlen(upper), "%s%.10g", k ? "," : "",
+        (double)(grid->lower[k] + h[k] * PetscCeilReal((grid->upper[k] - grid->lower[k]) / h[k] * (1 - 1e-9))));
+  MPMOptionsFail(o, "-grid_h %g does not divide the box: axis %c is %g cells long; choose -grid_h %s or -grid_upper %s",
+                 (double)h[d], "xyz"[d], (double)((grid->upper[d] - grid->lower[d]) / h[d]), sizes, upper);
+}
+
+/* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
+static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, const PetscReal size[3])
+{
+  const PetscReal h = size[d], lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
   const PetscReal most = 1e9, n = h > 0 ? PetscFloorReal(length / h + 0.5) : 0;
 
-  if (!(length > 0 && length < PETSC_MAX_REAL))
-    MPMOptionsFail(o, "-grid_upper must be above -grid_lower on every axis; axis %c has %g and %g", "xyz"[d],
-                   (double)upper, (double)lower);
-  else if (h > 0 && n > most)
+  if (h > 0 && n > most)
     MPMOptionsFail(o, "-grid_h %g makes %g cells on axis %c, more than %g", (double)h, (double)n, "xyz"[d],
                    (double)most);
   else if (h > 0 && (n < 1 || PetscAbsReal(n * h - length) > 1e-9 * length))
-    MPMOptionsFail(o, "-grid_h %g does not divide the box: axis %c is %g cells long", (double)h, "xyz"[d],
-                   (double)(length / h));
+    NotDividing(grid, o, d, size);
   if (MPMOptionsError(o)) return;
   if (h > 0) grid->cells[d] = (PetscInt)n;
   grid->h[d] = length / grid->cells[d];
@@ -46,7 +59,11 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   if (by_cells && by_h) MPMOptionsFail(o, "-grid_cells and -grid_h exclude each other");
   if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
   grid->by_h = by_h;
-  for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
+  for (PetscInt d = 0; d < grid->dim; d++)
+    if (!(grid->upper[d] - grid->lower[d] > 0 && grid->upper[d] - grid->lower[d] < PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-grid_upper must be above -grid_lower on every axis; axis %c has %g and %g", "xyz"[d],
+                     (double)grid -> upper[d], (double)grid -> lower[d]);
+  for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h);
   if (grid->round && grid->lower[0] < 0)
     MPMOptionsFail(
         o,

@@ -1,6 +1,7 @@
 /* contact_find.c - where bodies may meet in a step: the nodes of contact, how far the matter of both sides is apart, and which
    nodes are not to be light. Everything that is added up over particles is a whole number, and all other things are
    minima, so they have the same bits in every sequence; every process knows all nodes of contact. */
+#include "physics/sizes.h"
 #include "step/contact_search.h"
 
 #define BESIDE  1.24 /* cells: matter that is farther beside a column does not count as that ahead of a rigid body */

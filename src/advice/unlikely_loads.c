@@ -1,0 +1,223 @@
+/* unlikely_loads.c - the rows of plausible.def of loads: their size, their sign, and what bears them. */
+#include "advice/unlikely.h"
+
+/* Is a load a ramp that is longer than the run? That is told, and its size is not. */
+static PetscBool IsRamp(const MPMLook *look, PetscInt k)
+{
+  MPMOdd odd = {0};
+
+  return MPMUnlikely_formula_slow(look, k, &odd) && odd.ratio < 0.1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Sets how large a load is, Pa, per area of the body if it is a force; and the ratio of that to its body's modulus. */
+static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *size)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
+  const PetscInt     b = load->body, dim = look->core->grid.dim;
+  const MPMMaterial *m       = &look->scene->materials[look->scene->bodies[b].material];
+  const PetscReal    modulus = MPMUnlikelyModulus(m, PETSC_TRUE);
+  PetscReal          extent  = 0;
+
+  for (PetscInt d = 0; d < dim; d++) extent = PetscMax(extent, look->upper[b][d] - look->lower[b][d]);
+  *size = MPMUnlikelySize(look, &f);
+  if (MPMLoadIsOnVolume(load))
+    *size /= PetscPowReal(extent,
+                          (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
+  odd->ratio = *size / modulus;
+  (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)modulus);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal size;
+
+  return Load(look, k, odd, &size);
+}
+
+/* The strength of soil is that of a footing on it that fails, 50 (c + rho g H): more than of any angle below 40 degrees. */
+PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
+  const PetscBool    soil = m->type->traits & MPM_LOOSE ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal          size;
+
+  if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size)) return PETSC_FALSE;
+  odd->ratio = size /
+               (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material))
+                     : 20 * m->yield);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
+  return odd->ratio < PETSC_MAX_REAL && (!soil || MPMUnlikelyWeight(look, look->scene->bodies[load->body].material) > 0)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal       size, value;
+  const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
+
+  if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0) || IsRamp(look, k))
+    return PETSC_FALSE;
+  odd->ratio = size / weight;
+  value      = strtod(odd->value, NULL);
+  (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
+  MPMUnlikelyWrite(odd->meant, 1000 * (value != 0 ? value : size));
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const PetscInt b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
+  const PetscReal    height = look->upper[b][look->down] - look->lower[b][look->down];
+  PetscReal          x[3] = {0};
+  PetscBool          wide = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
+                           load->sides == (PetscInt)1 << (2 * look->down + (up > 0))
+                       ? PETSC_TRUE
+                       : PETSC_FALSE;
+
+  for (PetscInt d = 0; d < dim; d++) /* ground, and not a bar */
+    wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height) ? PETSC_TRUE : PETSC_FALSE;
+  if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID ||
+      (!(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
+      (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
+    return PETSC_FALSE;
+  for (PetscInt j = 0; j <= 120;
+       j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
+    const PetscReal t = look->time->end * (PetscReal)(j / 11) / 10, part = (PetscReal)(j % 11) / 10;
+    PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
+
+    for (PetscInt d = 0; d < dim; d++) x[d] = look->lower[b][d] + part * (look->upper[b][d] - look->lower[b][d]);
+    if (MPMExpressionEvaluate(load->value, dim, x, x, t, value)) return PETSC_FALSE;
+    if (load->type == MPM_LOAD_PRESSURE)
+      pull = -value[0];
+    else if (load->type == MPM_LOAD_FORCE || load->sides == (PetscInt)1 << (2 * look->down + (up > 0)))
+      pull = (PetscReal)up * value[look->down];
+    if (pull < 0) return PETSC_FALSE;
+    odd->ratio = PetscMax(odd->ratio, pull);
+  }
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "%s",
+                 m->type->traits & MPM_PLASTIC ? "which bears hardly any tension" : "against its weight");
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+/* The strain by a load, in bending where the body is slender: 6 F L/(E H^2) at most, of a force over its longest side. */
+PetscBool MPMUnlikely_load_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscInt b     = look->scene->loads[k].body;
+  MPMOdd         still = {0};
+  PetscReal      size, most = 0, least = PETSC_MAX_REAL;
+
+  if (MPMUnlikely_formula_still(look, k, &still) && still.ratio > 0) return PETSC_FALSE; /* which is told */
+  if (!Load(look, k, odd, &size)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    most  = PetscMax(most, look->upper[b][d] - look->lower[b][d]);
+    least = PetscMin(least, look->upper[b][d] - look->lower[b][d]);
+  }
+  odd->ratio *= 6 * PetscSqr(most / least);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_point(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
+
+  if (!load->fixed) return PETSC_FALSE;
+  odd->ratio = 0;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal off = PetscMax(load->point[d] - grid->upper[d], grid->lower[d] - load->point[d]);
+
+    odd->ratio = PetscMax(odd->ratio, off / (grid->upper[d] - grid->lower[d]));
+  }
+  return MPMUnlikelyGiven("load", load->name, "_point", odd);
+}
+
+/* Does a load on a face act along its normal alone, at all times? */
+static PetscBool IsNormal(const MPMLook *look, const MPMLoad *load, PetscInt axis)
+{
+  const PetscInt b = load->body, dim = look->core->grid.dim;
+  PetscReal      x[3] = {0};
+
+  if (load->type == MPM_LOAD_PRESSURE) return PETSC_TRUE;
+  for (PetscInt j = 0; j < 8 && MPMUnlikelyPlace(dim, look->lower[b], look->upper[b], 2, j, x); j++)
+    for (PetscInt k = 1; k <= 8; k++) {
+      PetscReal value[9] = {0};
+
+      if (MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)k / 8, value)) return PETSC_FALSE;
+      for (PetscInt d = 0; d < dim; d++)
+        if (d != axis && value[d] != 0) return PETSC_FALSE;
+    }
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !MPMLoadIsOnVolume(load); face++) {
+    const MPMWall type = MPMUnlikelyWall(look, face);
+
+    if (load->sides == (PetscInt)1 << face && MPMUnlikelyBeside(look, load->body, face) < 0.3 &&
+        (MPMWallHas(type, MPM_WALL_TANGENT) ||
+         (MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) &&
+          IsNormal(look, load, face / 2))))
+      return MPMUnlikelyGiven("load", load->name, "_face", odd);
+  }
+  return PETSC_FALSE;
+}
+
+/* A pressure on one side that changes linearly with depth, as of water: Pa/m, at the largest of 10 times. */
+PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  enum { DEPTHS = 33 };
+  const MPMLoad  *load = &look->scene->loads[k];
+  const PetscInt  b = load->body, dim = look->core->grid.dim, down = look->down;
+  const PetscReal up   = look->core->params.gravity[down] < 0 ? 1 : -1;
+  const PetscReal step = (look->upper[b][down] - look->lower[b][down]) / DEPTHS;
+  PetscReal       most = 0, slope = 0;
+
+  if (!look->earth || load->type != MPM_LOAD_PRESSURE || !(step > 0)) return PETSC_FALSE;
+  for (PetscInt j = 0; j <= 10; j++) {
+    PetscReal p[DEPTHS], x[3] = {0};
+
+    for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lower[b][d] + look->upper[b][d]);
+    for (PetscInt face = 0; face < 2 * dim; face++)
+      if (load->sides == (PetscInt)1 << face) x[face / 2] = face % 2 ? look->upper[b][face / 2] : look->lower[b][face / 2];
+    for (PetscInt n = 0; n < DEPTHS; n++) {
+      PetscReal value[9] = {0};
+
+      x[down] = look->lower[b][down] + step * ((PetscReal)n + 0.5);
+      if (MPMExpressionEvaluate(load->value, dim, x, x, look->time->end * (PetscReal)j / 10, value)) return PETSC_FALSE;
+      p[n] = value[0];
+    }
+    for (PetscInt n = 2; n < DEPTHS; n++) /* it changes as much in two layers, in which it acts */
+      if (p[n - 2] != 0 && p[n - 1] != 0 && p[n] != 0 && p[n - 2] != p[n] &&
+          PetscAbsReal(p[n] - 2 * p[n - 1] + p[n - 2]) < 1e-6 * PetscAbsReal(p[n] - p[n - 2]) &&
+          PetscAbsReal(p[n]) > PetscAbsReal(most)) {
+        most  = p[n];
+        slope = -up * (p[n] - p[n - 1]) / step;
+      }
+  }
+  odd->ratio = 1;
+  if (most < 0 && slope < -500 && slope > -3e4) {
+    (void)snprintf(odd->other, MPM_WORDS, "it is negative, and pulls %s", look->scene->bodies[b].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "a pressure that presses is positive");
+  } else if (most > 0 && slope < -500 && slope > -3e4) {
+    (void)snprintf(odd->other, MPM_WORDS, "it grows upward, by %.3g Pa/m", (double)-slope);
+    (void)snprintf(odd->meant, MPM_WORDS, "the pressure of water or ground grows with depth");
+  } else if (most > 0 && slope > 800 && slope < 1300) {
+    (void)snprintf(odd->other, MPM_WORDS, "it grows with depth by %.3g Pa/m, the density of water", (double)slope);
+    (void)snprintf(odd->meant, MPM_WORDS, "its pressure grows by rho g, 9810 Pa/m");
+  } else
+    return PETSC_FALSE;
+  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
