@@ -324,11 +324,12 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
         m->acts[1] - angle <= MPM_BOUND_angle_acts)
       continue;
     if (core->grid.round)
-      PetscCall(MPMWarn(&core->print,
-                        "%s %.3g, fitted in triaxial compression, acts like %.3g degrees where a body of revolution "
-                        "flows as in plane strain, as sand that runs out does; then give %s plane_strain, for specimens "
-                        "in triaxial compression %s triaxial",
-                        name, (double)angle, (double)m->acts[1], fit, fit));
+      PetscCall(
+          MPMWarn(&core->print,
+                  "%s %.3g, fitted in triaxial compression, acts like %.3g degrees where a body of revolution "
+                  "flows as in plane strain, as sand that runs out does; then give %s plane_strain, for specimens "
+                  "in triaxial compression %s triaxial",
+                  name, (double)angle, (double)m->acts[1], fit, fit));
     else
       PetscCall(MPMWarn(
           &core->print,

@@ -270,7 +270,8 @@ static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, cons
         &core->print,
         "a wall of type moving advances along its normal, but its face of the grid stays: right for displacements far below a cell only; a wall of type piston moves through the grid"));
   PetscCall(MPMSceneForesee(scene, core, time->end, meets));
-  if (meets[0]) PetscCall(MPMWarn(&core->print, "%s, which ends the run; %schoose an earlier -time_end", meets,
+  if (meets[0])
+    PetscCall(MPMWarn(&core->print, "%s, which ends the run; %schoose an earlier -time_end", meets,
                       strstr(meets, "leaves") ? "check the sign of its velocity, or " : ""));
   if (time->fixed > MPMViscousStep(core))
     PetscCall(MPMWarn(&core->print,

@@ -290,7 +290,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     }
     PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, body->round ? 2 : dim - 1));
     for (PetscInt k = 0; k <= 10; k++) {
-      const PetscReal t = end * k / 10;
+      const PetscReal t       = end * k / 10;
       PetscReal       from[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL},
                 to[3]         = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
       MPMSum sum[4];

@@ -52,8 +52,8 @@ static void Fill(const char text[], const MPMOdd *odd, const char unit[], char l
   char ratio[MPM_WORDS];
   const struct {
     const char *name, *words;
-  } all[] = {{"{pressure}", unit}, {"{density}", unit},     {"{option}", odd->option},
-             {"{value}", odd->value},    {"{ratio}", ratio},   {"{other}", odd->other}, {"{meant}", odd->meant}};
+  } all[] = {{"{pressure}", unit}, {"{density}", unit},     {"{option}", odd->option}, {"{value}", odd->value},
+             {"{ratio}", ratio},   {"{other}", odd->other}, {"{meant}", odd->meant}};
   const size_t nall = sizeof all / sizeof all[0];
   size_t       n    = 0;
 

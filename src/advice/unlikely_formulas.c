@@ -347,11 +347,14 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
     for (const char *c = padded + 1; (c = Comparison(c, &of, &less, &bound, words)); n++) {
       const PetscInt  d     = of == 't' ? -1 : tolower((unsigned char)of) - 'x';
       const PetscReal end   = MPMUnlikelyEnd(look);
-      const PetscReal lower = d < 0 ? 0 : body < 0 ? look->lowest[d] : look->lower[body][d],
-                      upper = d < 0 ? end : body < 0 ? look->highest[d] : look->upper[body][d];
+      const PetscReal lower = d < 0      ? 0
+                              : body < 0 ? look->lowest[d]
+                                         : look->lower[body][d],
+                      upper = d < 0      ? end
+                              : body < 0 ? look->highest[d]
+                                         : look->upper[body][d];
       const PetscReal size  = d < 0 ? 100 * end : grid->upper[d] - grid->lower[d];
-      const PetscReal far   = d < 0 ? bound / size
-                                    : PetscMax(bound - grid->upper[d], grid->lower[d] - bound) / size;
+      const PetscReal far   = d < 0 ? bound / size : PetscMax(bound - grid->upper[d], grid->lower[d] - bound) / size;
       const PetscBool holds = less ? upper <= bound : lower >= bound;
 
       if (d >= grid->dim || !(size > 0)) continue;
@@ -361,11 +364,15 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (void)snprintf(odd->option, MPM_WORDS, "%.150s", name);
       (void)snprintf(odd->value, MPM_WORDS, "%.150s", value);
       (void)snprintf(odd->other, MPM_WORDS, "%.40s %s%s%.40s", words, holds ? "holds" : "does not hold",
-                     d < 0 ? " at any time" : body < 0 ? " anywhere" : " anywhere in ",
+                     d < 0      ? " at any time"
+                     : body < 0 ? " anywhere"
+                                : " anywhere in ",
                      d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
       if (holds)
         (void)snprintf(odd->other, MPM_WORDS, "%.40s holds %s%.40s", words,
-                       d < 0 ? "all the time" : body < 0 ? "everywhere" : "everywhere in ",
+                       d < 0      ? "all the time"
+                       : body < 0 ? "everywhere"
+                                  : "everywhere in ",
                        d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
       (void)snprintf(odd->meant, MPM_WORDS, "%c is from %.3g to %.3g", of, (double)lower, (double)upper);
       if (far > 1) break;

@@ -242,13 +242,14 @@ PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid  *grid = &look->core->grid;
-  const PetscInt  d    = look->down, face = 2 * d + (look->core->params.gravity[d] < 0);
-  PetscReal       lower[3], upper[3];
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt d = look->down, face = 2 * d + (look->core->params.gravity[d] < 0);
+  PetscReal      lower[3], upper[3];
 
-  if (k || !(look->g > 0) || look->core->params.deletes || MPMUnlikelyWall(look, face) != MPM_WALL_free) return PETSC_FALSE;
+  if (k || !(look->g > 0) || look->core->params.deletes || MPMUnlikelyWall(look, face) != MPM_WALL_free)
+    return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    const MPMSource *s = &look->scene->bodies[b].source;
+    const MPMSource *s     = &look->scene->bodies[b].source;
     MPMRegion        front = look->scene->bodies[b].region;
 
     if (!s->on || !(s->along[d] * look->core->params.gravity[d] < -0.9 * look->g)) continue;

@@ -72,13 +72,13 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
   const PetscInt b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
-  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[b].material];
+  const MPMMaterial *m      = &look->scene->materials[look->scene->bodies[b].material];
   const PetscReal    height = look->upper[b][look->down] - look->lower[b][look->down];
-  PetscReal          x[3] = {0};
-  PetscBool          wide = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
+  PetscReal          x[3]   = {0};
+  PetscBool          wide   = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
                            load->sides == (PetscInt)1 << (2 * look->down + (up > 0))
-                       ? PETSC_TRUE
-                       : PETSC_FALSE;
+                                  ? PETSC_TRUE
+                                  : PETSC_FALSE;
 
   for (PetscInt d = 0; d < dim; d++) /* ground, and not a bar */
     wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height) ? PETSC_TRUE : PETSC_FALSE;
@@ -191,7 +191,8 @@ PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
     for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lower[b][d] + look->upper[b][d]);
     for (PetscInt face = 0; face < 2 * dim; face++)
-      if (load->sides == (PetscInt)1 << face) x[face / 2] = face % 2 ? look->upper[b][face / 2] : look->lower[b][face / 2];
+      if (load->sides == (PetscInt)1 << face)
+        x[face / 2] = face % 2 ? look->upper[b][face / 2] : look->lower[b][face / 2];
     for (PetscInt n = 0; n < DEPTHS; n++) {
       PetscReal value[9] = {0};
 

@@ -69,49 +69,23 @@ PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd
    no roof. */
 PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscReal *g    = look->core->params.gravity;
-  const PetscInt   dim  = look->core->grid.dim, last = dim - 1, a = look->down;
-  const PetscBool  roof = MPMUnlikelyWall(look, 2 * a) != MPM_WALL_free && MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free
+  const PetscReal *g   = look->core->params.gravity;
+  const PetscInt   dim = look->core->grid.dim, last = dim - 1, a = look->down;
+  const PetscBool  roof = MPMUnlikelyWall(look, 2 * a) != MPM_WALL_free &&
+                                 MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free
                               ? PETSC_TRUE
                               : PETSC_FALSE;
 
   odd->ratio = 1;
-  if (k || !look->earth || dim == 1 || look->core->grid.round || a == last || PetscAbsReal(g[a]) < look->g * (1 - 1e-9) ||
+  if (k || !look->earth || dim == 1 || look->core->grid.round || a == last ||
+      PetscAbsReal(g[a]) < look->g * (1 - 1e-9) ||
       (dim == 3 && a != 0 &&
-       !(roof && MPMUnlikelyWall(look, 2 * last) != MPM_WALL_free && MPMUnlikelyWall(look, 2 * last + 1) == MPM_WALL_free)))
+       !(roof && MPMUnlikelyWall(look, 2 * last) != MPM_WALL_free &&
+         MPMUnlikelyWall(look, 2 * last + 1) == MPM_WALL_free)))
     return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) MPMUnlikelyAppend(odd->meant, 6, d == last ? -look->g : 0);
   (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[a]);
   return MPMUnlikelyGiven("gravity", NULL, "", odd);
-}
-
-PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const PetscReal foot = 0.3048, inch = 0.0254,
-                  part = look->g > 5000                     ? look->g / 1000
-                         : look->g > 500                    ? look->g / 100
-                         : look->g > 385 && look->g < 387   ? look->g * inch
-                         : look->g > 32.1 && look->g < 32.3 ? look->g * foot
-                         : look->g < 0.1                    ? look->g * 1000
-                                                            : 0;
-
-  if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
-  for (PetscInt m = 0; m < look->scene->nmaterials; m++)
-    if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
-  odd->ratio = 1;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  if (!look->earth || !MPMUnlikelyTonnes(&look->scene->materials[0])) return PETSC_FALSE;
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
-  for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_gravity_two(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -121,6 +121,36 @@ PetscReal MPMUnlikelyEnd(const MPMLook *look)
   return look->core->stages.n ? look->core->stages.end : look->time->end;
 }
 
+/* Of gravity in a wrong unit what is measured by rho g H says nothing. */
+PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscReal foot = 0.3048, inch = 0.0254,
+                  part = look->g > 5000                     ? look->g / 1000
+                         : look->g > 500                    ? look->g / 100
+                         : look->g > 385 && look->g < 387   ? look->g * inch
+                         : look->g > 32.1 && look->g < 32.3 ? look->g * foot
+                         : look->g < 0.1                    ? look->g * 1000
+                                                            : 0;
+
+  if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
+  for (PetscInt m = 0; m < look->scene->nmaterials; m++)
+    if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
+  odd->ratio = 1;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
+  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  if (!look->earth || !MPMUnlikelyTonnes(&look->scene->materials[0])) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
+  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
 {
   MPMLook look = {.core = core, .scene = scene};

@@ -214,11 +214,10 @@ static PetscBool Side(MPMOptions o, const char name[], char hint[], size_t len)
     return PETSC_TRUE;
   }
   if (side) (void)snprintf(hint, len, "; %s", side);
-  return side ? PETSC_TRUE : PETSC_FALSE;
+  return (PetscBool)(side != NULL);
 }
 
-/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
-   *list says what should declare it. */
+/* Would `given` be legal with another name in the place of <m>, <b> ...? Sets name to it, *list to what declares it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
   for (size_t r = 0; r < o->table->n; r++) {
@@ -303,8 +302,7 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
 
   PetscFunctionBeginUser;
   if (of) Nearest(o, of, nearest);
-  if (of && FromAlias(o, given, alias))
-    (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given)); /* of the stage itself */
+  if (of && FromAlias(o, given, alias)) (void)snprintf(nearest, sizeof nearest, "%s", alias + (of - given));
   if (MPMOptionsRefuseOfStage(o, given, nearest)) PetscFunctionReturn(PETSC_SUCCESS);
   Nearest(o, given, nearest);
   if (foreign && !(o->nb && IsUndeclared(o, given, name, &list)) && !FromAlias(o, given, alias) &&
@@ -438,8 +436,7 @@ PetscErrorCode MPMOptionsFinish(MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n; k++) {
-    PetscBool asked = IsPetscs(names[k]) || !strncasecmp(names[k], "stage_", 6) ? PETSC_TRUE
-                                                                                : PETSC_FALSE; /* run/stages.c */
+    PetscBool asked = (PetscBool)(IsPetscs(names[k]) || !strncasecmp(names[k], "stage_", 6)); /* run/stages.c */
 
     for (PetscInt a = 0; a < o->nasked; a++)
       if (!strcasecmp(o->asked[a], names[k])) asked = PETSC_TRUE;

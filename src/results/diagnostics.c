@@ -290,7 +290,6 @@ PetscReal MPMShownResidual(const MPMShown *s)
          s->start->sum[MPM_SHOWS_kinetic_energy][0] - s->start->sum[MPM_SHOWS_strain_energy][0] + s->now->rigid -
          s->start->rigid - MPMShownWork(s);
 }
-
 VALUE(energy_residual, MPMShownResidual(s))
 VALUE(load_work, Loads(s))
 VALUE(energy_gravity,
@@ -306,12 +305,10 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
 
 VALUE(energy_damping, s->now->energy[MPM_ENERGY_damping])
 VALUE(energy_volumes, s->now->energy[MPM_ENERGY_volumes])
+VALUE(energy_lag, s->now->energy[MPM_ENERGY_half]) /* of the stress, in the half step by which velocities are behind */
 VALUE(energy_transfer, Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] -
-                           Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] -
-                           s->now->energy[MPM_ENERGY_half])
+                           Value_energy_damping(s) + s->now->energy[MPM_ENERGY_mapped] - Value_energy_lag(s))
 VALUE(energy_laws, Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress])
-VALUE(energy_lag,
-      s->now->energy[MPM_ENERGY_half]) /* what the stress does in the half step by which velocities are behind */
 static PetscReal Value_energy_integration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) + s->now->rigid - s->start->rigid -

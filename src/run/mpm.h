@@ -87,6 +87,9 @@ PetscErrorCode MPMPresetPrint(MPM);
 PetscErrorCode MPMFrameSetFromOptions(MPM); /* what of a file stands aside for the total frame, before all else */
 PetscErrorCode MPMMethodPutAside(MPM, const char name[], const char by[]);
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
+PetscBool      MPMFrameRests(MPM);              /* are steps static, in the updated frame? */
+PetscErrorCode MPMFrameCheck(MPM, MPMOptions);  /* refuses what the total frame and static steps cannot do */
+PetscErrorCode MPMFrameRead(MPM, MPMOptions);   /* sets their method, after the basis */
 PetscErrorCode MPMStaticsRead(MPM, MPMOptions); /* -method_time and what belongs to it (statics.c) */
 
 /* Print, in sequence, what a run says before its first step and at its end (prints.c). Collective on exchange.data. */
