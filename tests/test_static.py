@@ -377,7 +377,6 @@ def check_start():
                                   (("-method_basis", "linear", "-method_update", "musl", "-method_transfer", "flip"), "its particles have other masses, volumes", 3)):
         told = run("refused", slope, *fails, *options, "-time_end", 2, *QUIET, status=status)
         check.that(line in told.said, f"{options}: {told.err.strip()[-160:]}")
-    run("rim", slope, *fails, *options, "-method_rim", "cut", "-time_end", 1.01, *QUIET)
 
 
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",

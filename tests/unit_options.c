@@ -347,7 +347,7 @@ static PetscErrorCode Refusals(void)
     memset(longest, 'a', sizeof longest);
     longest[MPM_TEXT_LEN - 2 + extra] = 0;
     if (extra > 0) {
-      PetscCall(Refused("text", 2, longest, "its value is too long"));
+      PetscCall(Refused("text", 2, longest, "characters, at most"));
       continue;
     }
     PetscCall(Read(&small, 2, Row(&small, "text"), longest, &v));

@@ -20,7 +20,7 @@ from .scene import Refused
 COLUMNS = "grid,h,cells,particles,holds,fails,ends,factor,softer,runs,seconds,key".split(",")
 TEXTS = ("cells", "ends", "key")
 FAILED = r"no equilibrium was found (?:near the last one, at t=\S+ s: that )?at t=(\S+) s"
-SOLVER = r" out of balance(?:, most at \([^)]*\))?, of \S+ N \((\w+)\)"  # Newton's method ended without a solution; PETSc's reason
+SOLVER = r" out of balance(?:, most at \([^)]*\))?, of \S+ N \(([^()]+)\)"  # Newton's method ended without a solution; PETSc's reason
 REMEDIES = ({"snes_max_it": "80", "snes_linesearch_type": "bt"}, {"snes_max_it": "80", "snes_linesearch_type": "l2"})
 STEPS = 10  # of a load, where the scene does not say
 LEAST, MOST = 1 / 64, 64.0  # divisors of the strength that are tried

@@ -243,8 +243,10 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
-    if (core->implicit) PetscCall(MPMStaticCreate(core)); /* of the particles that are left (-remove) */
-    if (core->stop[0]) mpm->watch.refused = PETSC_TRUE;   /* for an option of PETSc's solvers */
+    if (core->implicit && !core->stop[0]) { /* of the particles that are left (-remove) */
+      PetscCall(MPMStaticCreate(core));
+      if (core->stop[0]) mpm->watch.refused = PETSC_TRUE; /* for an option of PETSc's solvers */
+    }
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
