@@ -376,7 +376,7 @@ def sand_footing(n):
 
 
 def n_gamma(run, n):
-    """Mean over the last fifth of the way, 0.1 m, less the load of the sand beside what has sunk, 18.4 rho g s."""
+    """Mean over the last fifth of the way of 0.1 m, less what the sand beside the sunken footing adds, 18.4 rho g s."""
     load, sunk = -run.column("reaction_foot_y"), 0.05 * (run.column("time") - 0.1)
     return np.mean((load / 19620 - 18.4 * sunk)[-20:])
 
@@ -471,7 +471,7 @@ def pressed_gas(n):
 
 
 def wall_pressure(face, since):
-    """Mean of what is on the side of 0.2 m, in kPa, over the times from `since` on."""
+    """Mean pressure on the face, 0.2 m long, in kPa, over the times from `since` on."""
     def get(run, n):
         late = run.column("time") > since
         return abs(run.column(f"reaction_{face}_x")[late].mean()) / 0.2 / 1e3

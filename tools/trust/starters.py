@@ -221,7 +221,7 @@ STARTERS = {
 CLAMP = "matter tears at a clamp where it is stretched to nearly twice its length"
 ORDER = "the particles of a gas that is pressed along one axis lose their order"
 SINKS = "sand that has fallen lies up to a sixth of a cell in the floor"
-LESS = "without dilation sand bears less than with the associated flow of the exact number"
+LESS = "the exact number is for sand whose dilation is its friction angle; without dilation it bears less"
 WRONG = [
     (LESS, "footing on sand", "", 3),
     (CLAMP, "swinging beam", "", 23),
