@@ -219,6 +219,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
 {
   MPMCore      *core = &mpm->core;
   PetscLogStage stage;
+  PetscBool     good;
 
   PetscFunctionBeginUser;
   PetscCall(MPMSetPhases(mpm));
@@ -243,8 +244,9 @@ PetscErrorCode MPMSetUp(MPM mpm)
     if (!mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_FALSE));
     PetscCall(MPMStepBound(core));
     if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
-    if (core->implicit) PetscCall(MPMStaticCreate(core)); /* of the particles that are left (-remove) */
-    if (core->stop[0]) mpm->watch.refused = PETSC_TRUE;   /* for an option of PETSc's solvers */
+    good = core->stop[0] ? PETSC_FALSE : PETSC_TRUE; /* or the checkpoint could not be read */
+    if (core->implicit) PetscCall(MPMStaticCreate(core));       /* of the particles that are left (-remove) */
+    if (good && core->stop[0]) mpm->watch.refused = PETSC_TRUE; /* for an option of PETSc's solvers */
     if (mpm->checkpoint.from[0]) PetscCall(MPMSourcesBegin(&mpm->scene, core, PETSC_TRUE));
     if (core->grid.total) PetscCall(MPMMeetBegin(&mpm->watch, core, &mpm->scene));
     if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
