@@ -60,6 +60,8 @@ def doubtful():
     two = check.pebble("-options_file", check.write("two.opts", [f"-{key} \"{value}\"" for key, value in {**SCENES["soil"], "material_m_cohesion": 9.81}.items()]),
                        "-dry_run", n=2)
     check.that(two.out.count("if kPa are meant, write 9.81e+03") == 1, "two processes note it once")
+    one = told(dry(changed('clay -gravity 0,-981 -initial_stress "-900*9.81*(10-y),0,-1800*9.81*(10-y)"'), "one"))
+    check.that(one == ["-gravity 0,-981: with densities in kg/m^3 lengths are in m; write 0,-9.81"], f"of gravity in another unit a stress in balance with the right one says nothing: {one}")
 
 
 # ---- What the notes say was meant

@@ -8,6 +8,7 @@ each scene with all presets on grids of so many cells, and in 3-D; with 80 cells
 import glob
 import math
 import os
+import re
 
 import numpy as np
 
@@ -147,6 +148,16 @@ def check_footing():
     check.that(loads[0] > 0.85 * loads[1] > 6, f"a footing on sand: N_gamma {loads[0]:.1f} after 0.1 m, {loads[1]:.1f} without relaxation")
 
 
+def check_removed():
+    """A gate that a stage removes takes no room from the water that then flows through its place: the same bits wherever it was."""
+    lines = [*tank(20, "slip", *box([0, 0], [0.3, 0.6]), K=2e6, size=(2, 1)), "-bodies b,gate", "-body_gate_shape box", "-body_gate_rigid fixed", "-body_gate_upper 1.6,0.95",
+             "-stages hold,flow", "-stage_hold_time 0.01", "-stage_flow_time 0.25", "-stage_flow_remove gate"]
+    lines.remove("-bodies b")
+    words = ["-options_file", check.write("removed.opts", lines), "-output_dir", ".", "-output_name", "removed", "-output_format", "none"]
+    near, far = (re.findall(r"^digest +(\w+)", check.must(*words, "-body_gate_lower", f"{at},-0.1").out, re.M)[1] for at in (0.5, 1.5))
+    check.that(near == far, f"water flows through the place of a gate that has been removed with the digest {near}, elsewhere {far}")
+
+
 def check_bits():
     """The same bits on any number of processes, in the pool, and after a restart, with volumes that relax."""
     sand = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,2", "-grid_h 0.1,0.1", f"-gravity 0,-{G}", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type separate", "-materials m", "-material_m_model druckerprager",
@@ -178,6 +189,7 @@ elif words[0] == "rest_others":
     check_rest(True)
 elif words[0] == "bits":
     check_bits()
+    check_removed()
 elif words[0] == "most":
     flat, deep = list(SCENES)[:3], list(SCENES)[3]
     for preset in ("fast", "accurate", "energy"):

@@ -1,6 +1,7 @@
 /* report.c - lines that a run prints of its scene before the first step, and of its results at the end (run/prints.c
    has their sequence). */
 #include <unistd.h>
+#include "physics/sizes.h"
 #include "physics/skin.h"
 #include "kernels/tile_index.h"
 #include "parallel/exchange.h"
@@ -219,6 +220,7 @@ static PetscErrorCode PrintExtent(const MPMCore *core, const MPMLoad *load, cons
                                   const PetscReal upper[], const PetscReal whole[], char narrow[MPM_TEXT_LEN])
 {
   const MPMGrid *grid = &core->grid;
+  char           finer[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < grid->dim; d++) {
@@ -227,10 +229,11 @@ static PetscErrorCode PrintExtent(const MPMCore *core, const MPMLoad *load, cons
     if (load->sides >> 2 * d & 3 || !(size > 0) || size > whole[d] - 1e-9 * h) continue;
     PetscCall(MPMPrint(&core->print, ", %c from %.3g to %.3g m", "xyz"[d], (double)lower[d], (double)upper[d]));
     if (size > h * (1 - 1e-9) || whole[d] < 2 * h) continue;
+    MPMGridFiner(grid, 4 * MPMGridSmallestH(grid) / size, finer, sizeof finer);
     (void)snprintf(narrow, MPM_TEXT_LEN,
                    "-load_%s_value acts on %.3g m along %c, less than a cell, which smears it; check its places, or "
-                   "choose -grid_h %.3g there, a quarter of that",
-                   load->name, (double)size, "xyz"[d], (double)(size / 4));
+                   "choose %s",
+                   load->name, (double)size, "xyz"[d], finer);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -124,6 +124,16 @@ static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is there something to look at: of bodies those of particles at the start, and loads on what has particles left? */
+static PetscBool IsThere(const MPMLook *look, int of, PetscInt k)
+{
+  const PetscInt b = of == OF_body ? k : of == OF_load ? look->scene->loads[k].body : -1;
+
+  if (b < 0) return PETSC_TRUE;
+  if (of == OF_body && (look->scene->bodies[b].removed || look->scene->bodies[b].source.on)) return PETSC_FALSE;
+  return look->lower[b][0] <= look->upper[b][0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Described in advice.h. */
 PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTime *time, const MPMMonitor *monitor,
                                const MPMForecast *f)
@@ -171,7 +181,7 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
   PetscCall(MPMUsualNote(&look));
   for (int of = 0; of < NUM_OF; of++)
     for (PetscInt k = 0; k < n[of]; k++)
-      if (of != OF_body || !(scene->bodies[k].removed || scene->bodies[k].source.on)) PetscCall(Tell(&look, of, k));
+      if (IsThere(&look, of, k)) PetscCall(Tell(&look, of, k));
   PetscCall(PetscFree3(look.lower, look.upper, look.way));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

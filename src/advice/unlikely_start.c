@@ -157,13 +157,14 @@ static PetscBool Bears(const MPMLook *look, PetscInt b, const PetscReal x[], Pet
   return PETSC_TRUE;
 }
 
-/* Is the stress at the start a formula of the height, of a size that the weight may have? */
+/* Is the stress at the start a formula of the height, of a size that the weight may have, and is nothing told of gravity? */
 static PetscBool ByHeight(const MPMLook *look, MPMOdd *odd)
 {
   const PetscInt dim  = look->core->grid.dim;
   MPMOdd         size = {0};
 
   if (!IsStart(look) || dim == 1 || !look->scene->initial || MPMInitialGravity(look->scene) > 0 ||
+      MPMUnlikelyGravity(look->core, look->scene) ||
       (MPMUnlikely_stress_small(look, 0, &size) && (size.ratio < 5e-3 || size.ratio > 200)))
     return PETSC_FALSE;
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd) &&

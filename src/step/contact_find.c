@@ -73,7 +73,7 @@ static PetscErrorCode MakeSites(Search *s)
       if (!side && pair->rigid) continue;
       key[n++] = (Key){KeyOf(&s->core->grid, side ? pair->b : pair->a, c->node[k].ijk), 2 * k + side};
     }
-  qsort(key, (size_t)n, sizeof *key, CompareKeys);
+  if (n) qsort(key, (size_t)n, sizeof *key, CompareKeys);
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt  side = key[k].at % 2;
     MPMContactNode *q    = &c->node[key[k].at / 2];

@@ -103,7 +103,7 @@ static PetscErrorCode CollectFits(Search *s)
     PetscCall(PetscFree(mine));
     PetscCall(PetscFree2(counts, from));
   }
-  qsort(s->fit, (size_t)s->nfits, sizeof *s->fit, InOrderOfFits);
+  if (s->nfits) qsort(s->fit, (size_t)s->nfits, sizeof *s->fit, InOrderOfFits);
   for (PetscInt k = 0; k < s->nfits; k++) {
     Fit *to = kept ? &s->fit[kept - 1] : NULL;
 

@@ -86,7 +86,7 @@ static PetscReal Room(const MPMParams *par, const MPMPatch *patch, PetscInt d, P
   PetscReal      end[2];
 
   if (grid->periodic[d]) return 1;
-  for (PetscInt side = 0; side < 2; side++) {
+  for (PetscInt side = 0; side < 2 && par->planes; side++) {
     const MPMFace  *f  = &par->walls->given[d][side];
     const PetscReal at = par->walls->place[2 * d + side] / grid->h[d];
 
@@ -127,6 +127,25 @@ static PetscReal ShareBefore(MPMBasis basis, PetscReal t)
   return u * u * (3 - 2 * u);
 }
 
+/* Returns the share of the function of a node at x that is outside of a rigid body: all of it, if matter may be in the
+   body, or if it is far from it. */
+static PetscReal ShareBeside(const MPMCore *core, const MPMRigid *r, const PetscReal x[])
+{
+  const MPMGrid *grid = &core->grid;
+  PetscReal      n[3] = {0}, h2 = 0, away2 = 0, reach2 = 0, distance;
+
+  if (r->gone || r->tied) return 1;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    away2 += PetscSqr(x[d] - r->pivot[d] - r->place[d]);
+    reach2 += PetscSqr(MPM_MAX_STENCIL * grid->h[d]);
+  }
+  if (away2 > PetscSqr(r->reach + PetscSqrtReal(reach2))) return 1;
+  distance = MPMRigidDistance(r, grid->dim, x, n);
+  for (PetscInt d = 0; d < grid->dim; d++) h2 += PetscSqr(n[d] * grid->h[d]);
+  if (h2 > 0) return ShareBefore(core->basis, distance / PetscSqrtReal(h2));
+  return distance > 0 ? 1 : 0;
+}
+
 /* Does at the surfaces of rigid bodies what MPMNodesVolume does at pistons. */
 PetscErrorCode MPMVolumesAfter(MPMCore *core, const MPMPhase *phase)
 {
@@ -141,12 +160,7 @@ PetscErrorCode MPMVolumesAfter(MPMCore *core, const MPMPhase *phase)
 
     for (PetscInt d = 0; d < grid->dim; d++) ijk[d] = MPMGridFold(grid, d, ijk[d]);
     MPMGridNodeAt(grid, ijk, x);
-    for (PetscInt b = 0; b < core->rigids.n; b++) {
-      PetscReal n[3] = {0}, h2 = 0, distance = MPMRigidDistance(&core->rigids.body[b], grid->dim, x, n);
-
-      for (PetscInt d = 0; d < grid->dim; d++) h2 += PetscSqr(n[d] * grid->h[d]);
-      share *= h2 > 0 ? ShareBefore(core->basis, distance / PetscSqrtReal(h2)) : distance > 0 ? 1 : 0;
-    }
+    for (PetscInt b = 0; b < core->rigids.n; b++) share *= ShareBeside(core, &core->rigids.body[b], x);
     if (share < 1) *full = share > 0 ? PetscMin(1, *full / (FULL * share)) : 1;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
