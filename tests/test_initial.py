@@ -69,6 +69,17 @@ def check_rest():
     check.that(0.5 < first < 1.5, f"without stress it falls: {first:.2f} of g")
 
 
+def check_stiff():
+    """Stresses of some Pa in metal, which are near the rounding of its law."""
+    for name, law, top, stress in (("plate", "vonmises", 0.006, "k0"), ("foil", "vonmises", 3e-4, "k0"), ("formula", "vonmises", 0.006, "-2,0,-5"), ("rubber", "neohookean", 3e-4, "k0")):
+        words = "E 2.1e11 nu 0.32" + " yield 2.5e8" * (law == "vonmises")
+        stiff = [f"-material_m_{key} {value}" for key, value in zip(*[iter(f"model {law} rho 7850 {words}".split())] * 2)]
+        path = check.write("stiff.opts", ["-dim 2", "-gravity 0,-9.81", "-grid_lower 0,0", f"-grid_upper {5 * top},{5 * top}", "-grid_cells 20,20", *[f"-bc_{wall}_type slip" for wall in ("xmin", "xmax", "ymin")],
+                                          "-materials m", *stiff, "-bodies b", "-body_b_shape box", "-body_b_lower 0,0", f"-body_b_upper {5 * top},{top}", "-body_b_material m", f"-initial_stress {stress}", "-time_end 1e-6", "-output_format none"])  # fmt: skip
+        told = check.pebble("-options_file", path)
+        check.that(told.good and "does not rest" not in told.out, f"{name}, {law}, {top * 1e3:g} mm of steel, {stress}: {told.err.strip()}")
+
+
 def check_splines():
     """The residual is that of the layers at top and floor: it falls, and nothing creeps from it in 600 steps."""
     found = {}
@@ -97,6 +108,11 @@ def check_restless():
         return run, re.search(r"^warning    b does not rest in its stress of -initial_stress k0: near \((\S+), (\S+)\) it starts with an acceleration of (\S+) g\. "
                               r"It needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic$", run.out, re.M)
 
+    for x in 0.125, 0.25:
+        run = check.must("-options_file", column("sill", cells=16, bodies=["-bodies b,r", "-body_b_shape box", "-body_b_lower 0,0", "-body_b_upper 0.5,1", "-body_b_material m", "-body_b_cut r", "-body_r_shape box",
+                         f"-body_r_lower {x},0.375", f"-body_r_upper {x + 0.125},0.5", "-body_r_rigid fixed"], more=["-initial_stress k0", "-time_max_steps 1", "-material_m_cohesion 1e5"]), "-report_indicator", "false")  # fmt: skip
+        said = re.search(r"b does not rest in its stress of -initial_stress k0: near \(\S+, \S+\), beside the rigid body r, it starts with an acceleration of (\S+) g\. It needs a level surface, a wall below and walls at all sides, and no rigid body; else let it settle with -damping_kinetic$", run.out, re.M)
+        check.that(said, f"beside a rigid body in it: {run.find('^warning +(.*does not rest.*)$')}")
     for what, more in (("no wall below", dict(free=["ymin"])), ("a gap below", dict(lower="0,0.25")), ("no wall at one side", dict(free=["xmax"])),
                        ("a gap at one side", dict(upper="0.375,1"))):
         name = what.replace(" ", "_")
@@ -181,6 +197,7 @@ def check_equal():
 
 
 check_rest()
+check_stiff()
 check_restless()
 check_splines()
 check_states()

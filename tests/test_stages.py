@@ -217,9 +217,28 @@ def statics():
     check.that("J with the work of body forces (summed with -history_energy)" in bare.out and "summed with" not in told.out, "the residual says whose work it has")
 
 
+def weaker():
+    """The stress at the start is that of the start alone: a later stage, and a restart by hand, may have less strength or no gravity."""
+    clay = "-material_clay_model vonmises\n-material_clay_rho 1800\n-material_clay_E 1e7\n-material_clay_nu 0.3\n-material_clay_yield 60000\n-damping_kinetic\n-output_format none\n-initial_stress k0\n"
+    ground = "-dim 2\n-gravity 0,-9.81\n-grid_lower 0,0\n-grid_upper 10,6\n-grid_h 0.5,0.5\n-bc_xmin_type slip\n-bc_xmax_type slip\n-bc_ymin_type fixed\n-materials clay\n-bodies ground,pit\n-body_ground_cut pit\n"
+    ground += "".join(f"-body_{name}_shape box\n-body_{name}_lower 0,{low}\n-body_{name}_upper {right},5\n-body_{name}_material clay\n" for name, low, right in (("ground", 0, 10), ("pit", 3, 3)))
+    check.write("settled.opts", ground + clay)
+    first = check.scene_in("settled.opts", "weaker", "-time_end", 0.1, "-history_every", 0.004, "-checkpoint_every", 1e30)
+    check.need(first.good, first.said[-500:])
+    last = sorted(glob.glob("weaker/settled-checkpoint-*.h5"))[-1]
+    for k, (change, value) in enumerate((("material_clay_yield", "30000"), ("material_clay_yield", "25000"), ("gravity", "0,0"), ("gravity", "2,-9.81"))):
+        check.write("weaker.opts", ground + clay + f"-history_every 0.004\n-stages settle,dig\n-stage_settle_time 0.1\n-stage_dig_time 0.1\n-stage_dig_remove pit\n-stage_dig_{change} {value}\n")
+        dry, told = check.scene_in("weaker.opts", "weak", "-dry_run"), check.scene_in("weaker.opts", "weak")
+        hand = ["settled.opts", f"hand{k}", "-restart_file", last, "-time_end", 0.2, "-history_every", 0.004, "-remove", "pit", f"-{change}", value]
+        by, look = check.scene_in(*hand), check.scene_in(*hand, "-dry_run")
+        check.that(told.good and digests(told) == [first.digest, by.digest], f"{change} {value} in a stage after k0, as by hand: {digests(told)} {told.err.strip()}{by.err.strip()}")
+        check.that(dry.status == look.status == 0 and "initial " not in by.out and "initial_stress" not in dry.out + look.out + by.out, f"and nothing is said of the start: {dry.err.strip()}{look.err.strip()}")
+
+
 same()
 goes_on()
 checked()
 carried()
 statics()
+weaker()
 check.end()

@@ -42,6 +42,8 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscInt       thin = -1;
 
   if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
+  for (PetscInt s = 0; s < look->scene->nbodies && !b->source.on; s++)
+    if (look->scene->bodies[s].source.on && look->scene->bodies[s].material == b->material) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d];
 
@@ -57,6 +59,7 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 }
 
 /* How many cells a body has along its longest axis, of a solid also beyond a plane of symmetry. */
+/* Water of which a source brings more may start as any little of it. */
 PetscBool MPMUnlikely_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid  *grid = &look->core->grid;
@@ -64,6 +67,8 @@ PetscBool MPMUnlikely_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscBool keep = MPMMaterialKeepsShape(&look->scene->materials[b->material]);
 
   if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
+  for (PetscInt s = 0; s < look->scene->nbodies && !b->source.on; s++)
+    if (look->scene->bodies[s].source.on && look->scene->bodies[s].material == b->material) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d] *
                             (keep && IsAtFace(look, k, d) ? 2 : 1);
@@ -181,12 +186,17 @@ PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd) : PETSC_FALSE;
 }
 
+/* Do bodies start here with the stress by their weight? */
+static PetscBool StartsByWeight(const MPMLook *look)
+{
+  return MPMInitialGravity(look->scene) > 0 && look->core->stages.now <= 1 && !look->core->step;
+}
+
 PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const PetscInt d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
 
-  if (k || !(MPMInitialGravity(look->scene) > 0) || look->core->rigids.n || look->core->stages.now > 1)
-    return PETSC_FALSE;
+  if (k || !StartsByWeight(look) || look->core->rigids.n) return PETSC_FALSE;
   odd->ratio = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
@@ -212,7 +222,7 @@ static PetscBool OpenSide(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_k0_side(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  return MPMInitialGravity(look->scene) > 0 && look->core->stages.now <= 1 ? OpenSide(look, k, odd) : PETSC_FALSE;
+  return StartsByWeight(look) ? OpenSide(look, k, odd) : PETSC_FALSE;
 }
 
 /* How many cells a body with the stress k0 ends before a wall that should hold its side: a gap that is small beside its
@@ -223,7 +233,7 @@ PetscBool MPMUnlikely_k0_gap(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal height = look->upper[k][look->down] - look->lower[k][look->down];
   PetscReal       lower[3], upper[3];
 
-  if (!(MPMInitialGravity(look->scene) > 0) || look->core->stages.now > 1 || look->core->rigids.n) return PETSC_FALSE;
+  if (!StartsByWeight(look) || look->core->rigids.n) return PETSC_FALSE;
   MPMRegionBounds(&look->scene->bodies[k].region, grid->dim, lower, upper);
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {

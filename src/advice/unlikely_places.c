@@ -307,6 +307,29 @@ PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->other[0] ? MPMUnlikelyGiven("body", r->name, "_shape", odd) : PETSC_FALSE;
 }
 
+/* How many cells a rigid body that stays is above the floor, on which there is matter that flows. */
+PetscBool MPMUnlikely_gap_under(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *r    = RigidBody(look, k);
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
+  PetscReal      lower[3], upper[3];
+
+  if (!r || r->rigid != MPM_RIGID_FIXED || r->tied || !(look->g > 0) || look->core->stages.now > 1 ||
+      look->core->step || !MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_NORMAL))
+    return PETSC_FALSE;
+  MPMRegionBounds(&r->region, grid->dim, lower, upper);
+  odd->ratio = ((up ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]) - look->scene->walls.place[face]) /
+               grid->h[d];
+  for (PetscInt b = 0; b < look->scene->nbodies; b++)
+    if (look->scene->materials[look->scene->bodies[b].material].type->traits & (MPM_FLUID | MPM_LOOSE) &&
+        MPMUnlikelyBeside(look, b, face) < 1)
+      (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
+  if (!odd->other[0] || !(odd->ratio > 0.05)) return PETSC_FALSE;
+  MPMGridFiner(grid, 3 / odd->ratio, odd->meant, MPM_WORDS);
+  return MPMUnlikelyGiven("body", r->name, "_shape", odd);
+}
+
 /* --- Probes ------------------------------------------------------------------------------------------------------- */
 
 PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)

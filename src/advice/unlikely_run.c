@@ -146,7 +146,7 @@ PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd
   char          *at;
 
   (void)k;
-  if (!MPMUnlikelyGiven("initial_stress", NULL, "", odd) ||
+  if (look->core->step || look->core->stages.now > 1 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) ||
       strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)

@@ -181,18 +181,19 @@ PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is a place near a rigid body that moves, and pushes what is there from the first step on? */
-static PetscBool IsPushed(const MPMCore *core, const PetscReal x[])
+/* Returns a rigid body less than 3 cells from a place, or NULL; moves: only of those that push what is there from the
+   first step on. */
+static const MPMRigid *RigidBeside(const MPMCore *core, const PetscReal x[], PetscBool moves)
 {
   for (PetscInt k = 0; k < core->rigids.n; k++) {
     const MPMRigid *r = &core->rigids.body[k];
     PetscReal       n[3];
 
-    if (r->moves && !r->free && !r->gone &&
+    if ((!moves || (r->moves && !r->free)) && !r->gone &&
         MPMRigidDistance(r, core->grid.dim, x, n) < 3 * MPMGridSmallestH(&core->grid))
-      return PETSC_TRUE;
+      return r;
   }
-  return PETSC_FALSE;
+  return NULL;
 }
 
 /* Described in watch.h. Damping means that the body shall settle. */
@@ -201,7 +202,8 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   const PetscInt  dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
   const PetscReal g    = MPMInitialGravity(scene);
   MPMFound        most = {-1, -1, {0}, {0}};
-  char            place[MPM_NAME_LEN];
+  const MPMRigid *rigid;
+  char            place[3 * MPM_NAME_LEN];
   MPMView         view;
 
   PetscFunctionBeginUser;
@@ -212,7 +214,7 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal v2 = 0;
 
-    if (IsPushed(core, view.x + p * dim)) continue;
+    if (RigidBeside(core, view.x + p * dim, PETSC_TRUE)) continue;
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
     Take(&view, dim, p, PetscSqrtReal(v2) / (g * core->t), &most);
   }
@@ -220,11 +222,14 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   PetscCall(MPMFoundAgree(&most, core->exchange.data));
   if (!(most.value > MPM_BOUND_restless)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, most.x, place);
+  rigid = RigidBeside(core, most.x, PETSC_FALSE);
+  if (rigid)
+    (void)snprintf(place + strlen(place), sizeof place - strlen(place), ", beside the rigid body %s,", rigid->name);
   PetscCall(MPMWarn(
       &core->print,
       "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It "
-      "needs a level surface, a wall below and walls at all sides; else let it settle %s",
-      NameOf(scene, &most), place, (double)most.value,
+      "needs a level surface, a wall below and walls at all sides%s; else let it settle %s",
+      NameOf(scene, &most), place, (double)most.value, rigid ? ", and no rigid body" : "",
       core->rigids.free ? "first, since rigid bodies that are free cannot be damped: start later what is to be seen"
                         : "with -damping_kinetic"));
   PetscFunctionReturn(PETSC_SUCCESS);

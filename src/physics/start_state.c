@@ -6,7 +6,8 @@
 #include "physics/start_state.h"
 
 #define ROUNDS     60
-#define ON_SURFACE 1e-6 /* the part by which a stress may be beyond the yield surface, to be returned to it */
+#define ON_SURFACE 1e-6  /* the part by which a stress may be beyond the yield surface, to be returned to it */
+#define ROUNDING   1e-14 /* of the modulus of waves: stresses as small are lost where they are made of strains */
 
 static const char beyond[] = "beyond its yield surface", none[] = "which no deformation of its law has";
 
@@ -154,8 +155,8 @@ static void Hencky(const MPMMaterial *m, PetscInt dim, PetscBool whole, const Pe
 static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
                            MPMMaterialStart *s)
 {
-  const PetscReal most = Largest(tau);
-  PetscReal       trial[6], size = PETSC_MAX_REAL;
+  const PetscReal most = Largest(tau), enough = ON_SURFACE * most + ROUNDING * (m->lambda + 2 * m->mu);
+  PetscReal       trial[6], size              = PETSC_MAX_REAL;
 
   for (int k = 0; k < 6; k++) trial[k] = tau[k];
   for (PetscInt n = 0; n < ROUNDS; n++) {
@@ -173,11 +174,11 @@ static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, 
         size = PetscMax(size, PetscAbsReal(missing[k]));
       }
     if (size <= 1e-13 * most) break;
-    if (change > 0) return size <= ON_SURFACE * most ? NULL : beyond;
+    if (change > 0) return size <= enough ? NULL : beyond;
     if (!(size < last)) break; /* as near as rounding lets it */
     for (int k = 0; k < 6; k++) trial[k] += missing[k];
   }
-  return size <= ON_SURFACE * most ? NULL : none;
+  return size <= enough ? NULL : none;
 }
 
 /* Adds `more` to component k, of n = dim (dim + 1)/2, of a symmetric F. */
@@ -220,7 +221,7 @@ static PetscReal Residual(PetscInt dim, const MPMMaterial *m, const PetscReal wa
 static const char *Symmetric(const MPMMaterial *m, PetscInt dim, const PetscReal tau[], MPMMaterialStart *s)
 {
   const PetscInt   n    = dim * (dim + 1) / 2;
-  const PetscReal  step = 1e-7, enough = 1e-9 * Largest(tau) + 1e-14 * (m->lambda + 2 * m->mu);
+  const PetscReal  step = 1e-7, enough = 1e-9 * Largest(tau) + ROUNDING * (m->lambda + 2 * m->mu);
   MPMMaterialStart best = *s;
   PetscReal        r[6], size = Residual(dim, m, tau, &best, r);
 

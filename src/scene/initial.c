@@ -4,7 +4,7 @@
 #include <strings.h>
 #include "scene/cut.h"
 
-#define RADIANS 2 /* a smaller angle of friction is likely to be one in radians: none is above pi/2 */
+#define RADIANS 2    /* a smaller angle of friction is likely to be one in radians: none is above pi/2 */
 #define SMALL   0.02 /* of a stress: a smaller yield stress is likely to have another unit */
 
 /* The lattice places of a body in a line along gravity: which lie in it, and the weight per area of those above each.
@@ -18,6 +18,7 @@ typedef struct {
 } Line;
 
 struct _MPMInitial {
+  PetscBool     past;   /* the run goes on from a later state, so that nothing of this acts */
   MPMExpression stress; /* Pa, of x y z; NULL: by the weight */
   PetscBool     stressed;
   PetscReal    *k0; /* [nmaterials] horizontal over vertical stress */
@@ -49,7 +50,8 @@ static PetscErrorCode ReadRatios(const MPMScene *scene, MPMInitial *in, MPMOptio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads -initial_stress and -body_<b>_deformation. The first fault is left in o. Not collective. */
+/* Reads -initial_stress and -body_<b>_deformation. What goes on from a state, after a restart and in stages after the
+   first, may have other materials and another gravity than the start. The first fault is left in o. Not collective. */
 PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
   const PetscInt dim = core->grid.dim, n = dim * (dim + 1) / 2 + core->grid.round;
@@ -78,6 +80,8 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
   if (MPMOptionsError(o) || (!deformed && !strcasecmp(what, "none"))) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&in));
   scene->initial = in;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-restart_file", &in->past));
+  if (core->stages.now > 1) in->past = PETSC_TRUE;
   if (deformed) PetscFunctionReturn(PETSC_SUCCESS);
   if (MPMKnownStarts(scene))
     MPMOptionsFail(o, "-initial_stress does not apply: -mms_type or -reference_type sets the start");
@@ -95,10 +99,10 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
       in->axis = d;
       in->g    = core->params.gravity[d];
     }
-  if (axes != 1)
+  if (axes != 1 && !in->past)
     MPMOptionsFail(o, "-initial_stress k0 needs a -gravity along one axis, not along %" PetscInt_FMT, axes);
   PetscCall(ReadRatios(scene, in, o));
-  PetscCall(PetscCalloc1(scene->nbodies, &in->line));
+  if (!in->past) PetscCall(PetscCalloc1(scene->nbodies, &in->line));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,7 +112,7 @@ void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
   const MPMInitial *in = scene->initial;
 
   text[0] = 0;
-  if (!in) return;
+  if (!in || in->past) return;
   (void)snprintf(text, MPM_TEXT_LEN, "%s",
                  !in->stressed ? "deformation by formula"
                  : in->stress  ? "stress by formula"
@@ -121,7 +125,7 @@ void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
 /* Returns the size of gravity, m/s^2, if bodies start with the stress by the weight above, else 0. Not collective. */
 PetscReal MPMInitialGravity(const MPMScene *scene)
 {
-  return scene->initial && scene->initial->line ? PetscAbsReal(scene->initial->g) : 0;
+  return scene->initial && scene->initial->k0 ? PetscAbsReal(scene->initial->g) : 0;
 }
 
 PetscErrorCode MPMInitialDestroy(MPMScene *scene)
@@ -275,8 +279,8 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   PetscFunctionBeginUser;
   wrong[0] = 0;
   for (PetscInt d = 0; d < dim; d++) value[d * (dim + 1)] = 1;
-  if (!in->stressed) {
-    if (b->deformation) PetscCall(MPMExpressionEvaluate(b->deformation, dim, X, NULL, 0, value));
+  if (!in->stressed || in->past) {
+    if (b->deformation && !in->past) PetscCall(MPMExpressionEvaluate(b->deformation, dim, X, NULL, 0, value));
     why = MPMMaterialDeformed(m, dim, value, s);
   } else {
     if (in->stress) {
