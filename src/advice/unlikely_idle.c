@@ -91,22 +91,51 @@ PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }
 
-/* Damping that is left on in a stage in which a rigid body, which held sand or a fluid, is taken away. */
+/* Does a rigid body that stays lie within two cells of the side of body k at a face? */
+static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const char removed[])
+{
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
+    PetscReal lower[3], upper[3];
+    PetscBool near = PETSC_TRUE;
+
+    if (scene->bodies[b].rigid == MPM_RIGID_NONE || scene->bodies[b].removed ||
+        MPMListHas(removed, scene->bodies[b].name))
+      continue;
+    MPMRegionBounds(&scene->bodies[b].region, grid->dim, lower, upper);
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      const PetscReal side = face % 2 ? look->upper[k][d] : look->lower[k][d];
+
+      near = near && (d == face / 2 ? side < upper[d] + 2 * grid->h[d] && side > lower[d] - 2 * grid->h[d]
+                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d])
+                 ? PETSC_TRUE
+                 : PETSC_FALSE;
+    }
+    if (near) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Damping of what has room to flow beside it: of a fluid, or of sand in a stage in which a rigid body, which held sand or a fluid, is taken away. */
 PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene  = look->scene;
   const MPMGrid  *grid   = &look->core->grid;
   const char     *option = look->core->damping.kinetic ? "damping_kinetic" : "damping_time";
   PetscBool       opens  = PETSC_FALSE;
+  char            removed[MPM_WORDS];
 
   (void)k;
   (void)MPMUnlikelyGiven("remove", NULL, "", odd);
   for (char *at = odd->value; *at; at++)
     if (*at == ',') *at = ' ';
+  (void)snprintf(removed, sizeof removed, "%s", odd->value);
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
     if (scene->bodies[b].rigid == MPM_RIGID_NONE) continue;
-    if (!scene->bodies[b].removed && !MPMListHas(odd->value, scene->bodies[b].name)) return PETSC_FALSE;
-    opens = look->core->stages.n ? PETSC_TRUE : PETSC_FALSE;
+    if (look->core->stages.n && (scene->bodies[b].removed || MPMListHas(odd->value, scene->bodies[b].name)))
+      opens = PETSC_TRUE;
   }
   if (!MPMDampingIsOn(look->core) || !(look->g > 0) || (look->core->stages.n && !opens)) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
@@ -120,7 +149,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
       const PetscInt d = face / 2;
 
       if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 ||
-          !flows)
+          !flows || IsBehind(look, b, face, removed))
         continue;
       odd->ratio = 1;
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);

@@ -274,7 +274,10 @@ PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *od
 {
   (void)k;
   odd->ratio = 1;
-  if (!MPMDampingIsOn(look->core) || (look->g > 0 && !look->core->damping.kinetic)) return PETSC_FALSE;
+  if (!MPMDampingIsOn(look->core) ||
+      (look->g > 0 && !look->core->damping.kinetic &&
+       (look->core->damping.time > look->time->end || look->core->stages.now > 1)))
+    return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].v2 > 0) {
       (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
