@@ -133,7 +133,8 @@ PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *od
 
     const MPMFormula spin = MPMUnlikelyFormula(look, look->scene->nloads + 8 + 2 * r);
     const MPMBody   *b    = &look->scene->bodies[look->scene->nbodies + r];
-    const PetscReal  goes = MPMUnlikelySize(look, &f), turns = spin.value ? MPMUnlikelySize(look, &spin) * Arm(look, b) : 0;
+    const PetscReal  goes = MPMUnlikelySize(look, &f),
+                    turns = spin.value ? MPMUnlikelySize(look, &spin) * Arm(look, b) : 0;
 
     speed = PetscMax(goes, turns);
     if (speed <= most) continue;

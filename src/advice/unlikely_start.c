@@ -26,6 +26,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const PetscInt  d      = face / 2;
     const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
+    PetscBool       away;
 
     if (MPMUnlikelyWall(look, face) != MPM_WALL_slip || MPMUnlikelyBeside(look, k, face) > 0.1 ||
         !(PetscAbsReal(v[d]) > 1e-3 * size))
@@ -36,16 +37,12 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
         !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d])))
       continue;
     odd->ratio = 1;
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
+    away       = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size ? PETSC_TRUE : PETSC_FALSE;
+    (void)snprintf(odd->other, MPM_WORDS,
+                   axis ? "%.60s %s the axis of revolution" : "%.60s %s the wall -bc_%s_type slip",
+                   look->scene->bodies[k].name, away ? "away from" : "across", MPMFaceNames[face]);
     (void)snprintf(odd->meant, MPM_WORDS,
-                   axis ? "across the axis of revolution, beside which it starts and which lets nothing pass along its normal; "
-                          "check the sequence of its components"
-                   : (face % 2 ? v[d] : -v[d]) < 0
-                       ? "away from the wall -bc_%s_type slip, beside which it starts and which holds it; check its sign, or "
-                         "choose separate"
-                       : "across the wall -bc_%s_type slip, beside which it starts and which lets nothing pass along its normal; "
-                         "check the sequence of its components",
-                   MPMFaceNames[face]);
+                   away ? "check its sign, or choose separate" : "check the sequence of its components");
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -250,8 +247,8 @@ PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
       return PETSC_FALSE;
   for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
     x[down] = top + (up ? -1e-3 : 1e-3) * look->core->grid.h[down];
-    if (MPMRegionInside(&scene->bodies[k].region, dim, x) && !IsCovered(look, x) && Bears(look, k, x, &stress, &slope) &&
-        PetscAbsReal(stress) > PetscAbsReal(most))
+    if (MPMRegionInside(&scene->bodies[k].region, dim, x) && !IsCovered(look, x) &&
+        Bears(look, k, x, &stress, &slope) && PetscAbsReal(stress) > PetscAbsReal(most))
       most = stress;
   }
   odd->ratio = PetscAbsReal(most) / weight;
