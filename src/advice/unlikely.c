@@ -4,7 +4,8 @@
 
 /* --- The table ---------------------------------------------------------------------------------------------------- */
 
-enum { OF_material, OF_body, OF_load, OF_face, OF_rigid, OF_formula, OF_probe, OF_run, NUM_OF };
+/* In the sequence in which they are told: a formula in the wrong unit of time before what follows from it. */
+enum { OF_material, OF_formula, OF_body, OF_load, OF_face, OF_rigid, OF_probe, OF_run, NUM_OF };
 enum { SIDE_below, SIDE_above };
 
 static const struct {

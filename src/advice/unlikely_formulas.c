@@ -250,6 +250,36 @@ PetscBool MPMUnlikely_formula_slow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+/* A formula of t that changes until the end of the run, but at no place by as much as one sees: over its size. */
+PetscBool MPMUnlikely_formula_flat(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMFormula f   = Given(look, k, odd);
+  const PetscInt   dim = look->core->grid.dim;
+  const PetscReal  end = MPMUnlikelyEnd(look), *lower = f.body < 0 ? look->lowest : look->lower[f.body],
+                  *upper = f.body < 0 ? look->highest : look->upper[f.body];
+  PetscReal x[3] = {0}, most = 0, change = 0;
+
+  if (!f.value || look->core->t > 0 || look->core->stages.now > 1) return PETSC_FALSE;
+  for (PetscInt j = 0; MPMUnlikelyPlace(dim, lower, upper, places_of[dim], j, x); j++) {
+    PetscReal first[9] = {0};
+
+    for (PetscInt i = 0; i <= TIMES; i++) { /* at times that no period fits */
+      const PetscReal part     = (PetscReal)i / TIMES;
+      PetscReal       value[9] = {0};
+
+      if (MPMExpressionEvaluate(f.value, dim, x, x, end * part * PetscSqrtReal(part), value)) return PETSC_FALSE;
+      for (PetscInt c = 0; c < f.nc; c++) {
+        if (!i) first[c] = value[c];
+        most   = PetscMax(most, PetscAbsReal(value[c]));
+        change = PetscMax(change, PetscAbsReal(value[c] - first[c]));
+      }
+    }
+  }
+  odd->ratio = change / most;
+  MPMUnlikelyWrite(odd->other, end);
+  return most > 0 && change > 1e-12 * most ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* A formula that grows within the first step alone. */
 PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

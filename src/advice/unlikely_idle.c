@@ -91,22 +91,51 @@ PetscBool MPMUnlikely_face_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }
 
-/* Damping that is left on in a stage in which a rigid body, which held sand or a fluid, is taken away. */
+/* Does a rigid body that stays lie within two cells of the side of body k at a face? */
+static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const char removed[])
+{
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
+    PetscReal lower[3], upper[3];
+    PetscBool near = PETSC_TRUE;
+
+    if (scene->bodies[b].rigid == MPM_RIGID_NONE || scene->bodies[b].removed ||
+        MPMListHas(removed, scene->bodies[b].name))
+      continue;
+    MPMRegionBounds(&scene->bodies[b].region, grid->dim, lower, upper);
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      const PetscReal side = face % 2 ? look->upper[k][d] : look->lower[k][d];
+
+      near = near && (d == face / 2 ? side < upper[d] + 2 * grid->h[d] && side > lower[d] - 2 * grid->h[d]
+                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d])
+                 ? PETSC_TRUE
+                 : PETSC_FALSE;
+    }
+    if (near) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Damping of what has room to flow beside it: of a fluid, or of sand in a stage in which a rigid body, which held sand or a fluid, is taken away. */
 PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene  = look->scene;
   const MPMGrid  *grid   = &look->core->grid;
   const char     *option = look->core->damping.kinetic ? "damping_kinetic" : "damping_time";
   PetscBool       opens  = PETSC_FALSE;
+  char            removed[MPM_WORDS];
 
   (void)k;
   (void)MPMUnlikelyGiven("remove", NULL, "", odd);
   for (char *at = odd->value; *at; at++)
     if (*at == ',') *at = ' ';
+  (void)snprintf(removed, sizeof removed, "%s", odd->value);
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
     if (scene->bodies[b].rigid == MPM_RIGID_NONE) continue;
-    if (!scene->bodies[b].removed && !MPMListHas(odd->value, scene->bodies[b].name)) return PETSC_FALSE;
-    opens = look->core->stages.n ? PETSC_TRUE : PETSC_FALSE;
+    if (look->core->stages.n && (scene->bodies[b].removed || MPMListHas(odd->value, scene->bodies[b].name)))
+      opens = PETSC_TRUE;
   }
   if (!MPMDampingIsOn(look->core) || !(look->g > 0) || (look->core->stages.n && !opens)) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
@@ -120,7 +149,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
       const PetscInt d = face / 2;
 
       if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 ||
-          !flows)
+          !flows || IsBehind(look, b, face, removed))
         continue;
       odd->ratio = 1;
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
@@ -240,25 +269,88 @@ PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
+/* Follows what flows in first, in free flight; returns the open face through which it leaves the grid before it meets a body or a
+   wall, or -1; *things: whether there is anything to meet. */
+static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *things)
+{
+  enum { PARTS = 1000 };
+  const MPMScene  *scene = look->scene;
+  const MPMGrid   *grid  = &look->core->grid;
+  const MPMSource *s     = &scene->bodies[source].source;
+  MPMRegion        front = scene->bodies[source].region;
+  PetscReal        lower[3], upper[3];
+
+  front.sweep = 0;
+  MPMRegionBounds(&front, grid->dim, lower, upper);
+  for (PetscInt p = 0; p <= PARTS; p++) {
+    const PetscReal t = PetscMax(0, look->time->end - s->from) * (PetscReal)p / PARTS;
+    PetscReal       way[3];
+
+    for (PetscInt d = 0; d < grid->dim; d++) way[d] = (s->v[d] + 0.5 * look->core->params.gravity[d] * t) * t;
+    for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
+      const PetscBool rigid = b >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
+      PetscReal       box[2][3];
+      PetscBool       meets = PETSC_TRUE;
+
+      if (b == source || scene->bodies[b].removed || scene->bodies[b].source.on ||
+          (rigid && scene->bodies[b].rigid == MPM_RIGID_NONE))
+        continue;
+      if (rigid && scene->bodies[b].rigid != MPM_RIGID_FIXED) return -1; /* it may come to any place */
+      *things = PETSC_TRUE;
+      if (rigid) MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
+      for (PetscInt d = 0; d < grid->dim; d++) {
+        const PetscReal least = rigid ? box[0][d] : look->lower[b][d], most = rigid ? box[1][d] : look->upper[b][d];
+
+        meets = meets && lower[d] + way[d] < most + grid->h[d] && upper[d] + way[d] > least - grid->h[d] ? PETSC_TRUE
+                                                                                                         : PETSC_FALSE;
+      }
+      if (meets) return -1;
+    }
+    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
+      const PetscInt  d   = face / 2;
+      const PetscReal gap = face % 2 ? grid->upper[d] - upper[d] - way[d] : lower[d] + way[d] - grid->lower[d],
+                      to  = (face % 2 ? 1 : -1) * (s->v[d] + look->core->params.gravity[d] * t);
+
+      if (grid->periodic[d] || (grid->round && !face)) continue;
+      if (MPMUnlikelyWall(look, face) == MPM_WALL_free && gap < -0.5 * (upper[d] - lower[d]) && to > 0) return face;
+      if (MPMUnlikelyWall(look, face) == MPM_WALL_free) continue;
+      *things = PETSC_TRUE;
+      if (gap < grid->h[d] && to > 0) return -1;
+    }
+  }
+  return -1;
+}
+
+/* What flows in against gravity pushes what has flowed in before, so that it comes farther than a free flight. */
 PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  const PetscInt d = look->down, face = 2 * d + (look->core->params.gravity[d] < 0);
-  PetscReal      lower[3], upper[3];
+  const MPMGrid  *grid = &look->core->grid;
+  const PetscInt  d = look->down, up = 2 * d + (look->core->params.gravity[d] < 0);
+  const PetscBool deletes = look->core->params.deletes;
 
-  if (k || !(look->g > 0) || look->core->params.deletes || MPMUnlikelyWall(look, face) != MPM_WALL_free)
-    return PETSC_FALSE;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    const MPMSource *s     = &look->scene->bodies[b].source;
-    MPMRegion        front = look->scene->bodies[b].region;
+  for (PetscInt b = 0; b < look->scene->nbodies && !k; b++) {
+    const MPMSource *s      = &look->scene->bodies[b].source;
+    MPMRegion        front  = look->scene->bodies[b].region;
+    PetscBool        things = PETSC_FALSE;
+    PetscReal        lower[3], upper[3];
+    PetscInt         face;
 
-    if (!s->on || !(s->along[d] * look->core->params.gravity[d] < -0.9 * look->g)) continue;
+    if (!s->on) continue;
     front.sweep = 0;
     MPMRegionBounds(&front, grid->dim, lower, upper);
-    odd->ratio = s->speed * (PetscMin(s->to, look->time->end) - s->from) /
-                 PetscMax(1e-9 * grid->h[d], face % 2 ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]);
+    face       = LeavesThrough(look, b, &things);
+    odd->ratio = face >= 0 && (things || !deletes) ? 2 : 0;
+    if (face < 0 && look->g > 0 && s->along[d] * look->core->params.gravity[d] < -0.9 * look->g && !deletes &&
+        MPMUnlikelyWall(look, up) == MPM_WALL_free) {
+      face       = up;
+      odd->ratio = s->speed * (PetscMin(s->to, look->time->end) - s->from) /
+                   PetscMax(1e-9 * grid->h[d], up % 2 ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]);
+    }
+    if (!(odd->ratio > 1)) continue;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-    (void)snprintf(odd->meant, MPM_WORDS, "its free face %s", MPMFaceNames[face]);
+    (void)snprintf(odd->meant, MPM_WORDS, "its free face %s%s; check its sign%s", MPMFaceNames[face],
+                   face == up && look->g > 0 ? ", against gravity" : "",
+                   deletes ? "" : ", or use -particles_leave delete");
     return MPMUnlikelyGiven("body", look->scene->bodies[b].name, "_velocity", odd);
   }
   return PETSC_FALSE;

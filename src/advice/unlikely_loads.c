@@ -157,15 +157,79 @@ static PetscBool IsNormal(const MPMLook *look, const MPMLoad *load, PetscInt axi
   return PETSC_TRUE;
 }
 
+/* The only load of an elastic body in statics, which has one sign and is gone at the end: its value then over its largest. */
+PetscBool MPMUnlikely_load_gone(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const PetscInt  dim = look->core->grid.dim, nc = scene->loads[k].nc, n = 64;
+  const PetscReal began = look->core->stages.began, end = look->time->end;
+  PetscReal       x[3] = {0}, last = 0, most[9] = {0}, least[9] = {0}, size = 0, swings = 0;
+
+  if (!MPMUnlikelyStatic(odd) || scene->nloads > 1 || look->g > 0 || scene->acceleration || look->core->rigids.n ||
+      look->core->stages.now < look->core->stages.n || !(end > began) || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) ||
+      scene->materials[scene->bodies[scene->loads[k].body].material].type->traits & MPM_PLASTIC)
+    return PETSC_FALSE;
+  for (PetscInt j = 0;
+       MPMUnlikelyPlace(dim, look->lower[scene->loads[k].body], look->upper[scene->loads[k].body], 9, j, x); j++)
+    for (PetscInt i = 0; i <= n; i++) {
+      PetscReal value[9] = {0};
+
+      if (MPMExpressionEvaluate(scene->loads[k].value, dim, x, x, began + (end - began) * (PetscReal)i / (PetscReal)n,
+                                value))
+        return PETSC_FALSE;
+      for (PetscInt c = 0; c < nc; c++) {
+        most[c]  = PetscMax(most[c], value[c]);
+        least[c] = PetscMin(least[c], value[c]);
+        if (i == n) last = PetscMax(last, PetscAbsReal(value[c]));
+      }
+    }
+  for (PetscInt c = 0; c < nc; c++) {
+    size   = PetscMax(size, PetscMax(most[c], -least[c]));
+    swings = PetscMax(swings, PetscMin(most[c], -least[c]));
+  }
+  odd->ratio = last > 1e-12 * size ? last / size : 0;
+  MPMUnlikelyWrite(odd->other, end);
+  return size > 0 && swings < 0.1 * size ? MPMUnlikelyGiven("load", scene->loads[k].name, "_value", odd) : PETSC_FALSE;
+}
+
+/* Do all particles on which a load on the volume acts lie within two cells of a fixed wall, of a body that is longer? */
+static PetscBool IsInClamp(const MPMLook *look, const MPMLoad *load, PetscInt face)
+{
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt d = face / 2, b = load->body;
+  PetscReal      x[3] = {0};
+  PetscBool      some = PETSC_FALSE;
+
+  if (MPMUnlikelyBeside(look, b, face) > 0.3 || look->upper[b][d] - look->lower[b][d] < 4 * grid->h[d])
+    return PETSC_FALSE;
+  for (PetscInt j = 0; MPMUnlikelyPlace(grid->dim, look->lower[b], look->upper[b], 32, j, x); j++) {
+    PetscReal value[9] = {0};
+
+    if (!MPMRegionInside(&look->scene->bodies[b].region, grid->dim, x)) continue;
+    if (MPMExpressionEvaluate(load->where, grid->dim, x, x, 0, value)) return PETSC_FALSE;
+    if (!(value[0] > 0)) continue;
+    if ((face % 2 ? grid->upper[d] - x[d] : x[d] - grid->lower[d]) > 2 * grid->h[d]) return PETSC_FALSE;
+    some = PETSC_TRUE;
+  }
+  return some;
+}
+
 PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
 
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
-  for (PetscInt face = 0; face < 2 * look->core->grid.dim && !MPMLoadIsOnVolume(load); face++) {
+  (void)snprintf(odd->meant, MPM_WORDS, MPMLoadIsOnVolume(load) ? "place" : "side");
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     const MPMWall type = MPMUnlikelyWall(look, face);
 
+    if (MPMLoadIsOnVolume(load)) {
+      if (load->where && !look->scene->bodies[load->body].points && MPMWallHas(type, MPM_WALL_TANGENT) &&
+          !MPMWallHas(type, MPM_WALL_MOVES) && IsInClamp(look, load, face))
+        return MPMUnlikelyGiven("load", load->name, "_where", odd);
+      continue;
+    }
     if (load->sides == (PetscInt)1 << face && MPMUnlikelyBeside(look, load->body, face) < 0.3 &&
         (MPMWallHas(type, MPM_WALL_TANGENT) ||
          (MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES) &&

@@ -27,6 +27,31 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return walls;
 }
 
+/* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
+PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  const char     *option;
+  PetscBool       idle = PETSC_TRUE;
+
+  if (k || look->core->stages.now < 2 || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || look->core->rigids.driven ||
+      MPMUnlikelyGiven("gravity_ramp", NULL, "", odd))
+    return PETSC_FALSE;
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
+    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    if (scene->bodies[b].source.on) return PETSC_FALSE;
+  if (MPMOptionsText(&text)) return PETSC_FALSE;
+  for (const char *at = text; at && MPMOptionsNext(&at, name, value);)
+    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) == look->core->stages.now - 1 &&
+        strncasecmp(option, "time", 4))
+      idle = PETSC_FALSE;
+  (void)PetscFree(text);
+  odd->ratio = idle ? 1 : 0;
+  return MPMUnlikelyGiven("stages", NULL, "", odd);
+}
+
 /* A body that lay on matter which its stage removes, and that touches nothing of what is left. */
 PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

@@ -104,6 +104,17 @@ static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
   return b->rigid == MPM_RIGID_NONE ? NULL : b;
 }
 
+/* Returns how far the box of a rigid body reaches from the point about which it turns, m. */
+static PetscReal Arm(const MPMLook *look, const MPMBody *b)
+{
+  PetscReal lower[3], upper[3], arm2 = 0;
+
+  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    arm2 += PetscSqr(PetscMax(upper[d] - b->pivot[d], b->pivot[d] - lower[d]));
+  return PetscSqrtReal(arm2);
+}
+
 /* Damping that is on while a wall or a rigid body moves: the force m v/T on the matter that it moves along, over its
    weight. */
 PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -120,10 +131,15 @@ PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *od
   for (PetscInt r = 0; r < look->scene->nshapes; r++) {
     const MPMFormula f = MPMUnlikelyFormula(look, look->scene->nloads + 7 + 2 * r);
 
-    speed = MPMUnlikelySize(look, &f);
+    const MPMFormula spin = MPMUnlikelyFormula(look, look->scene->nloads + 8 + 2 * r);
+    const MPMBody   *b    = &look->scene->bodies[look->scene->nbodies + r];
+    const PetscReal  goes = MPMUnlikelySize(look, &f),
+                    turns = spin.value ? MPMUnlikelySize(look, &spin) * Arm(look, b) : 0;
+
+    speed = PetscMax(goes, turns);
     if (speed <= most) continue;
     most = speed;
-    (void)snprintf(odd->meant, MPM_WORDS, "-body_%s_velocity", f.name);
+    (void)snprintf(odd->meant, MPM_WORDS, "-body_%s_%s", b->name, turns > goes ? "spin" : "velocity");
   }
   odd->ratio = most / (look->core->damping.time * look->g);
   MPMUnlikelyWrite(odd->other, most);

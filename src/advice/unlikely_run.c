@@ -270,13 +270,29 @@ PetscBool MPMUnlikely_damping_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("damping_time", NULL, "", odd);
 }
 
+/* Does a body start with a velocity that damping takes and gravity does not give: any, or one across a gravity, in time? */
+static PetscBool IsBraked(const MPMLook *look, PetscInt b)
+{
+  PetscReal v[9] = {0}, across = 0;
+  MPMOdd    odd = {0};
+
+  if (look->scene->bodies[b].source.on || !(look->scene->bodies[b].v2 > 0)) return PETSC_FALSE;
+  if (!(look->g > 0) || look->core->damping.kinetic) return PETSC_TRUE;
+  if (look->core->damping.time > look->time->end || look->core->stages.now > 1 ||
+      !MPMUnlikelyVelocity(look, b, &odd, v))
+    return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    if (d != look->down) across = PetscMax(across, PetscAbsReal(v[d]));
+  return across > PetscAbsReal(v[look->down]) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   (void)k;
   odd->ratio = 1;
-  if (!MPMDampingIsOn(look->core) || (look->g > 0 && !look->core->damping.kinetic)) return PETSC_FALSE;
+  if (!MPMDampingIsOn(look->core)) return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    if (look->scene->bodies[b].v2 > 0) {
+    if (IsBraked(look, b)) {
       (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
       return MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd);
     }

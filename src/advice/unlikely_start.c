@@ -26,6 +26,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
     const PetscInt  d      = face / 2;
     const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
+    PetscBool       away;
 
     if (MPMUnlikelyWall(look, face) != MPM_WALL_slip || MPMUnlikelyBeside(look, k, face) > 0.1 ||
         !(PetscAbsReal(v[d]) > 1e-3 * size))
@@ -36,9 +37,12 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
         !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d])))
       continue;
     odd->ratio = 1;
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-    (void)snprintf(odd->meant, MPM_WORDS, axis ? "the axis of revolution" : "the wall -bc_%s_type slip",
-                   MPMFaceNames[face]);
+    away       = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size ? PETSC_TRUE : PETSC_FALSE;
+    (void)snprintf(odd->other, MPM_WORDS,
+                   axis ? "%.60s %s the axis of revolution" : "%.60s %s the wall -bc_%s_type slip",
+                   look->scene->bodies[k].name, away ? "away from" : "across", MPMFaceNames[face]);
+    (void)snprintf(odd->meant, MPM_WORDS,
+                   away ? "check its sign, or choose separate" : "check the sequence of its components");
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -209,6 +213,23 @@ PetscBool MPMUnlikely_stress_balance(const MPMLook *look, PetscInt k, MPMOdd *od
   return PETSC_TRUE;
 }
 
+/* Is a rigid body within a cell above or below a place? */
+static PetscBool IsCovered(const MPMLook *look, const PetscReal x[])
+{
+  const MPMGrid *grid = &look->core->grid;
+
+  for (PetscInt b = look->scene->nbodies; b < look->scene->nbodies + look->scene->nshapes; b++) {
+    PetscReal lower[3], upper[3];
+    PetscBool over = look->scene->bodies[b].rigid != MPM_RIGID_NONE ? PETSC_TRUE : PETSC_FALSE;
+
+    MPMRegionBounds(&look->scene->bodies[b].region, grid->dim, lower, upper);
+    for (PetscInt d = 0; d < grid->dim; d++)
+      over = over && x[d] > lower[d] - grid->h[d] && x[d] < upper[d] + grid->h[d] ? PETSC_TRUE : PETSC_FALSE;
+    if (over) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* The vertical stress by a formula at a surface on which there is nothing, over the stress by the weight. */
 PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -218,7 +239,7 @@ PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
                   top    = up ? look->upper[k][down] : look->lower[k][down];
   PetscReal x[3] = {0}, most = 0, stress = 0, slope;
 
-  if (!(look->g > 0) || !ByHeight(look, odd) || scene->nloads || look->core->rigids.n ||
+  if (!(look->g > 0) || !ByHeight(look, odd) || scene->nloads ||
       (MPMUnlikelyWall(look, 2 * down + up) != MPM_WALL_free && MPMUnlikelyBeside(look, k, 2 * down + up) < 1))
     return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++)
@@ -227,8 +248,8 @@ PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
       return PETSC_FALSE;
   for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
     x[down] = top + (up ? -1e-3 : 1e-3) * look->core->grid.h[down];
-    if (MPMRegionInside(&scene->bodies[k].region, dim, x) && Bears(look, k, x, &stress, &slope) &&
-        PetscAbsReal(stress) > PetscAbsReal(most))
+    if (MPMRegionInside(&scene->bodies[k].region, dim, x) && !IsCovered(look, x) &&
+        Bears(look, k, x, &stress, &slope) && PetscAbsReal(stress) > PetscAbsReal(most))
       most = stress;
   }
   odd->ratio = PetscAbsReal(most) / weight;

@@ -283,13 +283,14 @@ PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return Moves(look, &look->scene->bodies[k], odd);
 }
 
-/* Does damping hold back a fall from rest to less than half of its way? */
+/* Does damping hold back a fall from rest, or a flight, to less than half of its way? */
 static PetscBool IsSlowed(const MPMLook *look, const MPMBody *b)
 {
   const PetscReal end = look->time->end, T = Damped(look, b);
 
-  return T > 0 && look->g > 0 && !(b->v2 > 0) && 2 * Comes(0, 1, T, end) < Comes(0, 1, 0, end) ? PETSC_TRUE
-                                                                                               : PETSC_FALSE;
+  const PetscReal v = b->v2 > 0 ? 1 : 0, a = v > 0 ? 0 : 1;
+
+  return T > 0 && (v > 0 || look->g > 0) && 2 * Comes(v, a, T, end) < Comes(v, a, 0, end) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* What body k, among all, is alone on its way, though there is something that it may be meant to meet. */
@@ -307,7 +308,11 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (w->nearest[0])
     (void)snprintf(odd->meant, MPM_WORDS, "%.60s is %.3g cells away where it is nearest", w->nearest, (double)w->gap);
   if (odd->meant[0] && IsSlowed(look, &look->scene->bodies[k])) {
-    (void)snprintf(own, sizeof own, ", and it falls at %.3g m/s at most", (double)(look->g * look->core->damping.time));
+    if (look->scene->bodies[k].v2 > 0)
+      (void)snprintf(own, sizeof own, ", and damping takes its velocity on its way");
+    else
+      (void)snprintf(own, sizeof own, ", and it falls at %.3g m/s at most",
+                     (double)(look->g * look->core->damping.time));
     (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s", own);
     return MPMUnlikelyGiven("damping_time", NULL, "", odd);
   }

@@ -135,6 +135,23 @@ static void LookAtWalls(const MPMScene *scene, const MPMGrid *grid, const MPMRig
   }
 }
 
+static PetscBool Turns(const MPMRigid *r)
+{
+  return r->angle[0] != 0 || r->angle[1] != 0 || r->angle[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns the option that moves a body most likely out of the grid: its pivot, if that lies beside it. */
+static const char *Option(const MPMRigid *r, PetscInt dim)
+{
+  PetscReal lower[3], upper[3];
+
+  if (!Turns(r)) return "velocity";
+  MPMRegionBounds(r->shape, dim, lower, upper);
+  for (PetscInt d = 0; d < dim; d++)
+    if (r->pivot[d] < lower[d] || r->pivot[d] > upper[d]) return "pivot";
+  return "spin";
+}
+
 PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, PetscReal end)
 {
   MPMRigids *rigids = &core->rigids;
@@ -175,15 +192,15 @@ PetscErrorCode MPMSceneForeseeRigids(const MPMScene *scene, MPMCore *core, Petsc
     if (left[k] < PETSC_INFINITY)
       PetscCall(MPMNote(
           &core->print,
-          "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_velocity and -time_end",
-          body[k].name, (double)left[k], body[k].name));
+          "the rigid body %s leaves the grid at t=%.3g s; from then on it meets nothing: check -body_%s_%s and -time_end",
+          body[k].name, (double)left[k], body[k].name, Option(&body[k], core->grid.dim)));
     if (press[k].body >= 0)
       PetscCall(MPMNote(
           &core->print,
           "the rigid body %s presses %s against its wall %s to %.2g of its thickness until -time_end (to %g at t=%.3g s): check -body_%s_%s",
           body[k].name, scene->bodies[press[k].body].name, MPMFaceNames[press[k].face],
           (double)PetscMax(0, press[k].left), (double)press[k].bears, (double)press[k].t, body[k].name,
-          body[k].angle[0] != 0 || body[k].angle[1] != 0 || body[k].angle[2] != 0 ? "spin" : "velocity"));
+          Turns(&body[k]) ? "spin" : "velocity"));
     if (!body[k].free) PetscCall(PetscFree(body[k].point));
   }
   PetscCall(PetscFree5(body, numbers, deep, left, press));

@@ -219,6 +219,27 @@ static PetscErrorCode Weight(const MPMScene *scene, const MPMCore *core, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds two bodies that overlap on the lines that were found last: places of which the middle is in a place of the other. */
+static PetscBool Twice(const MPMScene *scene, PetscInt bodies[2])
+{
+  const MPMInitial *in = scene->initial;
+
+  for (PetscInt k = 0; k < scene->nbodies * scene->nbodies; k++) {
+    const PetscInt one = k / scene->nbodies, two = k % scene->nbodies;
+    const Line    *own = &in->line[one], *other = &in->line[two];
+
+    for (PetscInt64 at = 0; at < own->n && one < two; at++) {
+      const PetscInt64 there = PlaceOf(&scene->bodies[two], in->axis, own->middle[at]) - other->first;
+
+      if (!(own->own[at] > 0) || there < 0 || there >= other->n || !(other->own[there] > 0)) continue;
+      bodies[0] = one;
+      bodies[1] = two;
+      return PETSC_TRUE;
+    }
+  }
+  return PETSC_FALSE;
+}
+
 /* --- The state of a particle -------------------------------------------------------------------------------------- */
 
 /* Writes components of a stress to text: those of the axes that there are, or, if `whole`, all that the dimension has. */
@@ -237,6 +258,8 @@ static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char tex
 static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, const PetscReal tau[],
                  char text[MPM_TEXT_LEN / 4])
 {
+  PetscInt twice[2];
+
   const PetscBool fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal modulus = fluid ? m->K : m->lambda + 2 * m->mu;
   PetscReal       angle = 90, most = 0, yield = 0;
@@ -249,7 +272,11 @@ static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, 
   (void)PetscOptionsGetReal(NULL, NULL, of, &yield, NULL);
   for (int d = 0; d < 3; d++) most = PetscMax(most, PetscAbsReal(tau[MPMSymIndex(d, d)]));
   if (!(most <= PETSC_MAX_REAL)) return;
-  if (scene->initial->stress && tau[0] + tau[3] + tau[5] > 0)
+  if (scene->initial->line && Twice(scene, twice))
+    (void)snprintf(text, MPM_TEXT_LEN / 4, "; %s and %s overlap above it, where matter is twice; give -body_%s_cut %s",
+                   scene->bodies[twice[0]].name, scene->bodies[twice[1]].name, scene->bodies[twice[0]].name,
+                   scene->bodies[twice[1]].name);
+  else if (scene->initial->stress && tau[0] + tau[3] + tau[5] > 0)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; compression is negative");
   else if (angle < RADIANS)
     (void)snprintf(text, MPM_TEXT_LEN / 4, "; %s %g is in degrees, as radians it would be %.3g", name, (double)angle,
