@@ -361,10 +361,11 @@ static void BodyOf(const MPMScene *scene, const char name[], PetscInt *body)
    number that is far from all places and times. */
 PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid *grid = &look->core->grid;
-  char          *text = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], words[MPM_WORDS], of;
-  PetscReal      bound;
-  PetscBool      less;
+  static const char *const places[2][2] = {{"at no time", "at all times"}, {"nowhere", "everywhere"}};
+  const MPMGrid           *grid         = &look->core->grid;
+  char                    *text         = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], words[MPM_WORDS], of;
+  PetscReal                bound;
+  PetscBool                less;
 
   if (k || MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
@@ -393,17 +394,8 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
       odd->ratio = far > 1 ? 1 : odd->ratio;
       (void)snprintf(odd->option, MPM_WORDS, "%.150s", name);
       (void)snprintf(odd->value, MPM_WORDS, "%.150s", value);
-      (void)snprintf(odd->other, MPM_WORDS, "%.40s %s%s%.40s", words, holds ? "holds" : "does not hold",
-                     d < 0      ? " at any time"
-                     : body < 0 ? " anywhere"
-                                : " anywhere in ",
-                     d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
-      if (holds)
-        (void)snprintf(odd->other, MPM_WORDS, "%.40s holds %s%.40s", words,
-                       d < 0      ? "all the time"
-                       : body < 0 ? "everywhere"
-                                  : "everywhere in ",
-                       d < 0 || body < 0 ? "" : look->scene->bodies[body].name);
+      (void)snprintf(odd->other, MPM_WORDS, "%.40s holds %s%s%.40s", words, places[d >= 0][holds],
+                     d >= 0 && body >= 0 ? " in " : "", d >= 0 && body >= 0 ? look->scene->bodies[body].name : "");
       (void)snprintf(odd->meant, MPM_WORDS, "%c is from %.3g to %.3g", of, (double)lower, (double)upper);
       if (far > 1) break;
     }

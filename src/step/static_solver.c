@@ -109,7 +109,7 @@ static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const 
 /* Lets PETSc read the options of its solvers; what it cannot use ends the run before its first step. */
 static PetscErrorCode ReadOptions(struct MPMStatic *s)
 {
-  char           text[MPM_TEXT_LEN] = "it cannot be used";
+  char           text[MPM_TEXT_LEN] = "";
   PetscErrorCode code;
 
   PetscFunctionBeginUser;
