@@ -263,9 +263,11 @@ PetscBool MPMUnlikely_damping_short(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 PetscBool MPMUnlikely_damping_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  const PetscReal length = look->time->end - look->core->stages.began;
+
   (void)k;
-  if (!(look->time->end > 0)) return PETSC_FALSE;
-  odd->ratio = look->core->damping.time / look->time->end;
+  if (!(length > 0)) return PETSC_FALSE;
+  odd->ratio = look->core->damping.time / length;
   MPMUnlikelyWrite(odd->meant, 0.3 * MPMUnlikelyExtent(look, -1, -1) / look->c);
   return MPMUnlikelyGiven("damping_time", NULL, "", odd);
 }
