@@ -56,15 +56,14 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal       size, value;
+  PetscReal       size;
   const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
 
   if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0) || IsRamp(look, k))
     return PETSC_FALSE;
   odd->ratio = size / weight;
-  value      = strtod(odd->value, NULL);
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
-  MPMUnlikelyWrite(odd->meant, 1000 * (value != 0 ? value : size));
+  MPMUnlikelyThousand(odd);
   return PETSC_TRUE;
 }
 

@@ -199,7 +199,8 @@ PetscBool MPMUnlikely_unresisted(const MPMLook *look, PetscInt k, MPMOdd *odd)
       MPMDampingIsOn(look->core) || !MPMUnlikelySteady(look, &f))
     return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * dim; face++)
-    if (MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES)) return PETSC_FALSE;
+    if (MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES))
+      return PETSC_FALSE;
   for (; MPMUnlikelyPlace(dim, look->lowest, look->highest, 8, n, x); n++) {
     PetscReal a[9] = {0};
 
