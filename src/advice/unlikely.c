@@ -35,13 +35,17 @@ static const struct {
    where it was in the first one. */
 static const char *Unit(const char text[], PetscReal bound, MPMOdd *odd)
 {
-  const char *first = "";
+  const char     *first = "";
+  char           *after, words[MPM_WORDS];
+  const PetscReal meant = strtod(odd->meant, &after);
 
+  (void)snprintf(words, sizeof words, "%s", after);
   for (size_t j = 0; j < sizeof units / sizeof units[0]; j++) {
     if (!strstr(text, units[j].first)) continue;
     if (!first[0]) first = units[j].name;
     if (!(odd->ratio * units[j].factor >= bound)) continue;
-    MPMUnlikelyWrite(odd->meant, strtod(odd->meant, NULL) * units[j].factor / 1e3);
+    MPMUnlikelyWrite(odd->meant, meant * units[j].factor / 1e3);
+    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%.60s", words);
     return units[j].name;
   }
   return first;

@@ -59,8 +59,9 @@ PetscBool MPMUnlikelyStatic(MPMOdd *); /* is -method_time static given? */
 /* Reads the velocity of body k at the start, if it is given by numbers. */
 PetscBool MPMUnlikelyVelocity(const MPMLook *, PetscInt k, MPMOdd *, PetscReal v[9]);
 
-/* Writes a number for a text, with three digits, or appends one, after a comma. */
+/* Writes a number for a text, with three digits, or appends one, after a comma; that a thousand times the value is meant. */
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
+void MPMUnlikelyThousand(MPMOdd *);
 void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal);
 
 /* Return the type of the wall of a face; how many cells the particles of body k, or of all (k < 0), are from the face. Sets the

@@ -56,16 +56,41 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  PetscReal       size, value;
+  PetscReal       size;
   const PetscReal weight = MPMUnlikelyWeight(look, look->scene->bodies[look->scene->loads[k].body].material);
 
   if (MPMLoadIsOnVolume(&look->scene->loads[k]) || !Load(look, k, odd, &size) || !(weight > 0) || IsRamp(look, k))
     return PETSC_FALSE;
   odd->ratio = size / weight;
-  value      = strtod(odd->value, NULL);
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa", (double)weight);
-  MPMUnlikelyWrite(odd->meant, 1000 * (value != 0 ? value : size));
+  MPMUnlikelyThousand(odd);
   return PETSC_TRUE;
+}
+
+/* Does a pressure act within a body alone: on the inner side of a ring, or at places of which none is at the outer sides of the
+   box around the body? What lies on a wall is no outer side. */
+static PetscBool InBore(const MPMLook *look, const MPMLoad *load)
+{
+  const PetscInt b = load->body, dim = look->core->grid.dim;
+  PetscBool      inside = load->sides & (load->sides - 1) || look->core->grid.round ? PETSC_TRUE : PETSC_FALSE;
+
+  if (load->type != MPM_LOAD_PRESSURE) return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * dim; face++) {
+    PetscReal lower[3], upper[3], x[3], value[9];
+
+    if (!(load->sides & (PetscInt)1 << face) || (look->core->grid.round && !face && look->lower[b][0] > 0) ||
+        (MPMUnlikelyWall(look, face) != MPM_WALL_free && MPMUnlikelyBeside(look, b, face) < 0.3))
+      continue;
+    for (PetscInt d = 0; d < dim; d++) {
+      lower[d] = look->lower[b][d];
+      upper[d] = look->upper[b][d];
+    }
+    lower[face / 2] = upper[face / 2] = (face % 2 ? upper : lower)[face / 2];
+    for (PetscInt j = 0; MPMUnlikelyPlace(dim, lower, upper, 9, j, x); j++)
+      if (MPMExpressionEvaluate(load->value, dim, x, x, 0.7 * look->time->end, value) || value[0] != 0)
+        inside = PETSC_FALSE;
+  }
+  return inside;
 }
 
 PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -74,6 +99,7 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt b = load->body, dim = look->core->grid.dim, up = look->core->params.gravity[look->down] < 0 ? 1 : -1;
   const MPMMaterial *m      = &look->scene->materials[look->scene->bodies[b].material];
   const PetscReal    height = look->upper[b][look->down] - look->lower[b][look->down];
+  const PetscBool    bore   = InBore(look, load);
   PetscReal          x[3]   = {0};
   PetscBool          wide   = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
                            load->sides == (PetscInt)1 << (2 * look->down + (up > 0))
@@ -83,8 +109,8 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < dim; d++) /* ground, and not a bar */
     wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height) ? PETSC_TRUE : PETSC_FALSE;
   if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID ||
-      (!(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
-      (!(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
+      (!bore && !(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
+      (!bore && !(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
     return PETSC_FALSE;
   for (PetscInt j = 0; j <= 120;
        j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
@@ -102,7 +128,9 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   (void)snprintf(odd->meant, MPM_WORDS, "%s",
-                 m->type->traits & MPM_PLASTIC ? "which bears hardly any tension" : "against its weight");
+                 bore                            ? "into its bore, as suction does"
+                 : m->type->traits & MPM_PLASTIC ? "outward, which bears hardly any tension"
+                                                 : "outward, against its weight");
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 

@@ -104,8 +104,9 @@ PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)snprintf(odd->other, MPM_WORDS, "-material_%s_yield %.3g Pa", m->name, (double)value);
   size       = MPMUnlikelySize(look, &f);
   odd->ratio = size / value;
-  MPMUnlikelyWrite(odd->meant, 1000 * size);
-  return size > 0 ? MPMUnlikelyGiven("load", load->name, "_value", odd) : PETSC_FALSE;
+  if (!(size > 0) || !MPMUnlikelyGiven("load", load->name, "_value", odd)) return PETSC_FALSE;
+  MPMUnlikelyThousand(odd);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_load_at_once(const MPMLook *look, PetscInt k, MPMOdd *odd)

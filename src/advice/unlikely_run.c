@@ -184,6 +184,37 @@ PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd 
   return MPMUnlikely_gravity_twice(look, k, odd);
 }
 
+/* A steady -acceleration along a periodic axis, in the mean over all places, where nothing takes its force. */
+PetscBool MPMUnlikely_unresisted(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene  *scene   = look->scene;
+  const MPMGrid   *grid    = &look->core->grid;
+  const PetscInt   dim     = grid->dim;
+  const MPMFormula f       = {scene->acceleration, dim, -1, "acceleration", NULL, ""};
+  PetscReal        mean[3] = {0}, x[3];
+  PetscInt         n       = 0, along;
+
+  (void)k;
+  if (!f.value || scene->nloads || scene->nbodies > 1 || look->core->rigids.n || look->core->stages.n ||
+      MPMDampingIsOn(look->core) || !MPMUnlikelySteady(look, &f))
+    return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * dim; face++)
+    if (MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES))
+      return PETSC_FALSE;
+  for (; MPMUnlikelyPlace(dim, look->lowest, look->highest, 8, n, x); n++) {
+    PetscReal a[9] = {0};
+
+    if (MPMExpressionEvaluate(scene->acceleration, dim, x, x, 0.5 * look->time->end, a)) return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) mean[d] += a[d];
+  }
+  for (along = 0; along < dim; along++)
+    if (grid->periodic[along] && PetscAbsReal(mean[along]) > 0.1 * n * MPMUnlikelySize(look, &f)) break;
+  if (along == dim) return PETSC_FALSE;
+  odd->ratio = PetscAbsReal(mean[along]) / n * look->time->end;
+  (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[along]);
+  return MPMUnlikelyGiven("acceleration", NULL, "", odd);
+}
+
 /* Returns the angle of a wave of which so many degrees may be meant within a time, as in 90*t/0.06), or 0; *end: after it. */
 static PetscReal InTime(const char number[], char **end)
 {
@@ -263,9 +294,11 @@ PetscBool MPMUnlikely_damping_short(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 PetscBool MPMUnlikely_damping_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  const PetscReal length = look->time->end - look->core->stages.began;
+
   (void)k;
-  if (!(look->time->end > 0)) return PETSC_FALSE;
-  odd->ratio = look->core->damping.time / look->time->end;
+  if (!(length > 0)) return PETSC_FALSE;
+  odd->ratio = look->core->damping.time / length;
   MPMUnlikelyWrite(odd->meant, 0.3 * MPMUnlikelyExtent(look, -1, -1) / look->c);
   return MPMUnlikelyGiven("damping_time", NULL, "", odd);
 }

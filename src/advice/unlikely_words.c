@@ -44,6 +44,17 @@ void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
   (void)snprintf(text, MPM_WORDS, "%.3g", (double)number);
 }
 
+void MPMUnlikelyThousand(MPMOdd *odd)
+{
+  char           *after;
+  const PetscReal value = strtod(odd->value, &after);
+
+  if (*after)
+    (void)snprintf(odd->meant, MPM_WORDS, "1e+03 times as much");
+  else
+    MPMUnlikelyWrite(odd->meant, 1000 * value);
+}
+
 void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal number)
 {
   const size_t n = strlen(text);
