@@ -134,12 +134,26 @@ def restarts():
     tell("a run that begins anew", bar("kept", "-time_end", "0.1"), "is of an earlier run: -restart_file latest goes on from it")
 
 
+def bars(name, *ends):
+    """An STL file of boxes, 0.2 x 0.2, each from an x to another."""
+    lines = ["solid s"]
+    for first, last in ends:
+        corners = [(x, y, z) for x in (first, last) for y in (0.4, 0.6) for z in (0.4, 0.6)]
+        for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)):
+            for facet in ((a, b, c), (a, c, d)):
+                lines += ["facet normal 0 0 0", "outer loop", *("vertex {:g} {:g} {:g}".format(*corners[k]) for k in facet), "endloop", "endfacet"]
+    check.write(name, [*lines, "endsolid s"])
+
+
 def main():
     table, used, jobs = list(rows("remedies.txt")), set(), []
     check.write("foreign.csv", "not of Pebble\n")
     places = [(x, y) for x in np.arange(0.2, 0.3, 0.0125).tolist() for y in np.arange(0.45, 0.55, 0.0125).tolist()]
     for name, volume, points in (("once", 0.0125**2, places), ("twice", 0.0125**2, places * 2), ("large", 1, places), ("small", 1e-10, places)):
         check.write(name + ".csv", ["x,y,volume", *(f"{x!r},{y!r},{volume!r}" for x, y in points)])
+    check.write("bare.csv", ["x,y", *(f"{x!r},{y!r}" for x, y in places)])
+    bars("overlap.stl", (0.2, 0.5), (0.4, 0.7))
+    bars("united.stl", (0.2, 0.7))
     for said, advised in entries("docs/faq.md"):
         found = [row for row in table if row[0] in said]
         used |= {row[0] for row in found}
