@@ -178,6 +178,11 @@ def check_volume_loads():
     for kind, value, what in (("force", "3*t,0-40*t", "(0.3, -4) N at t=0.1 s\n"), ("torque", "0-5", "-5 N m at t=0 s\n")):
         told = check.must("-options_file", check.write("signed.opts", block(steps=1) + volume_load(kind, value)), "-output_dir", ".", "-dry_run", "-time_end", "0.1")
         check.that(f"in all {what}" in told.out, f"the sign and direction of a {kind} are told")
+    # The part of the body that a load acts on is told where it is not all of it, on any number of processes.
+    for n, kind, where, places in ((1, "force", "0.65-X", "56 particles of b, x from 0.3 to 0.65 m, in all"), (2, "force", "X-0.65", "8 particles of b, x from 0.65 to 0.7 m, in all"),
+                                   (1, "torque", "(X>0.4)*(Y<0.5)", "24 particles of b, x from 0.4 to 0.7 m, y from 0.3 to 0.5 m, in all"), (1, "force", "X", "64 particles of b, in all")):
+        told = check.must("-options_file", check.write("part.opts", block(steps=1) + volume_load(kind, "2" if kind == "torque" else "2,0", where)), "-output_dir", ".", "-dry_run", n=n)
+        check.that(places in told.out, f"a {kind} where {where} is on {places}")
     # What does not hold is refused.
     for what, words, answer in (("an empty set", volume_load("force", "1,1", "X > 9"), "-load_l_where is positive for no particle of body b"),
                                 ("a torque on a particle", volume_load("torque", "1", "(X > 0.3)*(X < 0.35)*(Y > 0.3)*(Y < 0.35)"), "the 1 particle that it acts on cannot take it, since they lie at its point"),

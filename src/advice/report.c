@@ -141,9 +141,69 @@ static PetscBool IsOfStage(const MPMScene *scene, const MPMLoad *load)
   return any;
 }
 
-/* Prints what a load on a volume acts on, and how large it is when it is largest. */
-static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene, PetscReal end, const MPMLoad *load)
+/* Appends to the line of a load where it acts, lower to upper [dim], m, on the axes on which that is less than
+   the body; notes if that is less than a cell of a side of some. */
+static PetscErrorCode PrintExtent(const MPMCore *core, const MPMLoad *load, const PetscReal lower[],
+                                  const PetscReal upper[], const PetscReal whole[], char narrow[MPM_TEXT_LEN])
 {
+  const MPMGrid *grid = &core->grid;
+  char           finer[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal size = upper[d] - lower[d], h = grid->h[d];
+
+    if (load->sides >> 2 * d & 3 || !(size > 0) || size > whole[d] - 1e-9 * h) continue;
+    PetscCall(MPMPrint(&core->print, ", %c from %.3g to %.3g m", "xyz"[d], (double)lower[d], (double)upper[d]));
+    if (size > h * (1 - 1e-9) || whole[d] < 2 * h) continue;
+    MPMGridFiner(grid, 4 * MPMGridSmallestH(grid) / size, finer, sizeof finer);
+    (void)snprintf(narrow, MPM_TEXT_LEN,
+                   "-load_%s_value acts on %.3g m along %c, less than a cell, which smears it; check its places, or "
+                   "choose %s",
+                   load->name, (double)size, "xyz"[d], finer);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether particle p is of a body; if so lets its box [6] reach as far as that of the particle: -lower, upper, m. */
+static PetscBool Reaches(const MPMBody *body, PetscInt dim, const MPMView *view, PetscInt p, PetscReal box[])
+{
+  if (view->id[p] < body->first || view->id[p] >= body->first + body->n) return PETSC_FALSE;
+  for (PetscInt d = 0; d < dim; d++) {
+    box[d]     = PetscMax(box[d], -view->X[p * dim + d] + 0.5 * body->b[d]);
+    box[3 + d] = PetscMax(box[3 + d], view->X[p * dim + d] + 0.5 * body->b[d]);
+  }
+  return PETSC_TRUE;
+}
+
+/* Appends to the line of load l on a volume where its particles are. */
+static PetscErrorCode PrintPlaces(const MPMCore *core, const MPMScene *scene, PetscInt l, const MPMView *view)
+{
+  const MPMLoad *load = &scene->loads[l];
+  const PetscInt dim  = core->grid.dim;
+  PetscReal      box[12], lower[3], upper[3], whole[3]; /* of its particles, and of all of its body */
+  char           narrow[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 12; d++) box[d] = -PETSC_MAX_REAL;
+  for (PetscInt p = 0; p < view->n; p++)
+    if (Reaches(&scene->bodies[load->body], dim, view, p, box + 6) && view->chosen[p] >> l & 1)
+      (void)Reaches(&scene->bodies[load->body], dim, view, p, box);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, 12, MPIU_REAL, MPI_MAX, core->exchange.data));
+  for (PetscInt d = 0; d < dim; d++) {
+    lower[d] = 0 - box[d];
+    upper[d] = box[3 + d];
+    whole[d] = box[6 + d] + box[9 + d];
+  }
+  PetscCall(PrintExtent(core, load, lower, upper, whole, narrow));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what a load on a volume acts on, and how large it is when it is largest. */
+static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene, PetscReal end, PetscInt l,
+                                      const MPMView *view)
+{
+  const MPMLoad  *load       = &scene->loads[l];
   const PetscReal nowhere[3] = {0};
   PetscReal       most = 0, at = 0, largest[3] = {0};
 
@@ -161,6 +221,7 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
   }
   PetscCall(MPMPrint(&core->print, "load       %s: %s on %" PetscInt64_FMT " particles of %s", load->name,
                      load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n, scene->bodies[load->body].name));
+  PetscCall(PrintPlaces(core, scene, l, view));
   PetscCall(PrintInAll(core, load->nc, largest, PetscSqrtReal(most), load->type == MPM_LOAD_FORCE ? "N" : "N m", at));
   if (!(most > 0) && end > 0 && !IsOfStage(scene, load))
     PetscCall(MPMWarn(&core->print, "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value",
@@ -214,35 +275,11 @@ PetscErrorCode MPMReportParallel(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Appends to the line of a load on a surface where it acts, lower to upper [dim], m, on the axes on which that is less than
-   the body; notes if that is less than a cell of a side of some. */
-static PetscErrorCode PrintExtent(const MPMCore *core, const MPMLoad *load, const PetscReal lower[],
-                                  const PetscReal upper[], const PetscReal whole[], char narrow[MPM_TEXT_LEN])
-{
-  const MPMGrid *grid = &core->grid;
-  char           finer[MPM_NAME_LEN];
-
-  PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < grid->dim; d++) {
-    const PetscReal size = upper[d] - lower[d], h = grid->h[d];
-
-    if (load->sides >> 2 * d & 3 || !(size > 0) || size > whole[d] - 1e-9 * h) continue;
-    PetscCall(MPMPrint(&core->print, ", %c from %.3g to %.3g m", "xyz"[d], (double)lower[d], (double)upper[d]));
-    if (size > h * (1 - 1e-9) || whole[d] < 2 * h) continue;
-    MPMGridFiner(grid, 4 * MPMGridSmallestH(grid) / size, finer, sizeof finer);
-    (void)snprintf(narrow, MPM_TEXT_LEN,
-                   "-load_%s_value acts on %.3g m along %c, less than a cell, which smears it; check its places, or "
-                   "choose %s",
-                   load->name, (double)size, "xyz"[d], finer);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal end)
 {
   const PetscInt dim    = core->grid.dim;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) |
-                          MPM_BIT(F33) | MPM_BIT(J);
+                          MPM_BIT(F33) | MPM_BIT(J) | MPM_BIT(chosen);
   MPMView view;
 
   PetscFunctionBeginUser;
@@ -257,7 +294,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     MPMSum         rings[3]; /* of a body of revolution: areas */
 
     if (MPMLoadIsOnVolume(load)) {
-      PetscCall(PrintVolumeLoad(core, scene, end, load));
+      PetscCall(PrintVolumeLoad(core, scene, end, l, &view));
       continue;
     }
     for (PetscInt d = 0; d < 3; d++) MPMSumZero(&rings[d]);
@@ -268,12 +305,8 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
       for (PetscInt k = 0; k < 2 * dim; k++)
         if (MPMSkinLayer(view.depth[2 * dim * p + k]) == 0) sides |= (PetscInt)1 << k & load->sides;
 
-      if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
+      if (!sides || !Reaches(body, dim, &view, p, whole)) continue;
       n[0]++;
-      for (PetscInt d = 0; d < dim; d++) {
-        whole[d]     = PetscMax(whole[d], -view.X[p * dim + d] + 0.5 * body->b[d]);
-        whole[3 + d] = PetscMax(whole[3 + d], view.X[p * dim + d] + 0.5 * body->b[d]);
-      }
       for (PetscInt k = 0; k < 2 * dim; k++)
         if (sides >> k & 1) n[1 + k] += (PetscInt64)(MPM_SKIN_AREA * MPMSkinArea(view.depth[2 * dim * p + k]));
       for (PetscInt k = 0; k < 2 * dim && body->round; k++)

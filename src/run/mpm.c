@@ -143,7 +143,8 @@ PetscErrorCode MPMSetNeeds(MPM mpm)
   core->needs.chosen  = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.barred  = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stepped = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start   = scene->keeps_start || core->grid.total || core->rest.on || core->implicit || (shown | flows) & MPM_BIT(X)
+  core->needs.start   = scene->keeps_start || core->grid.total || core->rest.on || core->implicit ||
+                              (shown | flows) & MPM_BIT(X)
                             ? PETSC_TRUE
                             : PETSC_FALSE;
   core->needs.rim     = core->gaps || core->contacts || flows & MPM_BIT(rim) ? PETSC_TRUE : PETSC_FALSE;

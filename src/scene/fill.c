@@ -102,11 +102,11 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
 
 /* Sets the lattice of a body, adds roughly the number of its particles to places, and checks that it lies in the
    grid. */
-static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal *places)
+static void SetLattice(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal *places)
 {
   const MPMGrid *grid = &core->grid;
   PetscReal      lower[3], upper[3], product = 1;
-  char           hint[3 * MPM_NAME_LEN] = "";
+  char           hint[3 * MPM_NAME_LEN] = "", cuts[3 * MPM_NAME_LEN] = "";
 
   for (PetscInt d = 0; d < grid->dim; d++) b->b[d] = grid->h[d] / b->ppc[d];
   if (b->source.on) MPMSourceExtend(b, grid->dim);
@@ -118,12 +118,16 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
     }
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
     MPMFitPlace(b, upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d]), hint, sizeof hint);
+    for (const MPMBody *by = scene->bodies; by < scene->bodies + scene->nbodies; by++)
+      for (PetscInt j = 0; j < by->region.ncut + by->region.nwithin; j++)
+        if (by->region.others[j] == &b->region)
+          (void)snprintf(cuts, sizeof cuts, "; if it only cuts %s, give -body_%s_material none", by->name, b->name);
     if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
-      MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
+      MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s%s",
                      b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)(grid->lower[d]),
-                     (double)(grid->upper[d]), hint);
+                     (double)(grid->upper[d]), hint, cuts);
     if (PetscAbsReal(b->offset[d]) > 1e9 * b->b[d])
       MPMOptionsFail(o, "-body_%s_offset %g: choose a smaller one; every multiple of %g gives the same lattice",
                      b->name, (double)b->offset[d], (double)b->b[d]);
@@ -217,7 +221,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
     MPMBody *b = &scene->bodies[k];
 
-    SetLattice(core, o, b, &places);
+    SetLattice(scene, core, o, b, &places);
     if (places * (1 + 2 * dim + dim * dim) > (PetscReal)PETSC_MAX_INT)
       MPMOptionsFail(o, "body %s: with it the scene has about %g particles, more than this PETSc can number", b->name,
                      (double)places);
