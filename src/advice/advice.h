@@ -98,9 +98,9 @@ PetscErrorCode MPMRestLook(MPMCore *, const MPMScene *);
 PetscErrorCode MPMRestTell(MPMCore *, const MPMScene *, const MPMTotals *, const MPMTime *);
 
 /* At the end: energies, and whether they or the steps are doubtful; how far the stress is from what nodes and particles
-   agree on, unless all of it is rounding; rigid bodies that met
-   nothing and probes that showed nothing in a whole run; the error, if a solution is known; the files that are there; how the grid was
-   cut anew and particles changed process; the times of the phases, if the steps took long or an option asks for them.
+   agree on, unless all of it is rounding; rigid bodies that met nothing and probes that showed nothing in a whole run; the error,
+   if a solution is known; the files that are there; how the grid was cut anew and particles changed process; the times
+   of the phases, if the steps took long or an option asks for them.
    Not collective, but for indicator and known: on exchange.data. */
 PetscErrorCode MPMReportEnergy(const MPMCore *, const MPMScene *, const MPMMethod *, const MPMMonitor *,
                                const MPMWatch *);

@@ -71,15 +71,25 @@ PetscReal MPMUnlikelyBeside(const MPMLook *, PetscInt k, PetscInt face);
 PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j,
                            PetscReal x[3]);
 
+/* Return how many cells two boxes are apart along axis d, below 0 where they overlap; how far a wall or a rigid body has come at
+   the end along component c of a velocity, which without a formula is constant, to the side of toward (1 or -1), m, and at most. Is this the start of a run of its
+   own; does a source bring more of the matter of body k? */
+PetscReal MPMUnlikelyApart(const MPMLook *, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
+                           const PetscReal lower_b[], const PetscReal upper_b[]);
+PetscReal MPMUnlikelyAdvance(const MPMLook *, MPMExpression velocity, PetscInt c, PetscReal constant, PetscReal toward,
+                             PetscReal *most);
+PetscBool MPMUnlikelyStarts(const MPMLook *);
+PetscBool MPMUnlikelyFed(const MPMLook *, PetscInt k);
+
 /* Return the largest extent of the bodies of material m, or of all (m < 0), along axis d or, below 0, along any, m; the stress by
-   the weight of the highest body of a material, Pa, or 0 if gravity is told to be in another unit; the modulus of a material for its fastest waves, and Young's, Pa. */
+   the weight of the highest body of a material, Pa, or 0 if gravity is told to be in another unit; the modulus of a material for
+   its fastest waves, and Young's, Pa. */
 PetscReal MPMUnlikelyExtent(const MPMLook *, PetscInt m, PetscInt d);
 PetscReal MPMUnlikelyWeight(const MPMLook *, PetscInt m);
 PetscReal MPMUnlikelyModulus(const MPMMaterial *, PetscBool young);
 PetscReal MPMUnlikelyCohesion(const MPMMaterial *); /* as it was given, Pa; 0: none */
-PetscBool
-MPMUnlikelyTonnes(const MPMMaterial *);    /* is it in t/mm^3 and N/mm^2: as dense as matter, with waves as fast? */
-PetscReal MPMUnlikelyEnd(const MPMLook *); /* of all stages, s */
+PetscBool MPMUnlikelyTonnes(const MPMMaterial *);   /* is it in t/mm^3 and N/mm^2, by its density and its waves? */
+PetscReal MPMUnlikelyEnd(const MPMLook *);          /* of all stages, s */
 PetscBool MPMUnlikelyGravity(const MPMCore *, const MPMScene *); /* is gravity told to be in another unit? */
 
 /* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the

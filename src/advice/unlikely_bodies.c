@@ -41,9 +41,7 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMBody *b    = &look->scene->bodies[k];
   PetscInt       thin = -1;
 
-  if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
-  for (PetscInt s = 0; s < look->scene->nbodies && !b->source.on; s++)
-    if (look->scene->bodies[s].source.on && look->scene->bodies[s].material == b->material) return PETSC_FALSE;
+  if (grid->dim == 1 || b->points || look->scene->known || MPMUnlikelyFed(look, k)) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d];
 
@@ -58,17 +56,15 @@ PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-/* How many cells a body has along its longest axis, of a solid also beyond a plane of symmetry. */
-/* Water of which a source brings more may start as any little of it. */
+/* How many cells a body has along its longest axis, of a solid also beyond a plane of symmetry; of what a source brings more of,
+   any little may start. */
 PetscBool MPMUnlikely_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid  *grid = &look->core->grid;
   const MPMBody  *b    = &look->scene->bodies[k];
   const PetscBool keep = MPMMaterialKeepsShape(&look->scene->materials[b->material]);
 
-  if (grid->dim == 1 || b->points || look->scene->known) return PETSC_FALSE;
-  for (PetscInt s = 0; s < look->scene->nbodies && !b->source.on; s++)
-    if (look->scene->bodies[s].source.on && look->scene->bodies[s].material == b->material) return PETSC_FALSE;
+  if (grid->dim == 1 || b->points || look->scene->known || MPMUnlikelyFed(look, k)) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal cells = (look->upper[k][d] - look->lower[k][d]) / grid->h[d] *
                             (keep && IsAtFace(look, k, d) ? 2 : 1);
@@ -102,8 +98,8 @@ static PetscReal Gap(const MPMLook *look, PetscInt k, PetscInt other)
   PetscReal gap = 0;
 
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    gap = PetscMax(gap, PetscMax(look->lower[other][d] - look->upper[k][d], look->lower[k][d] - look->upper[other][d]) /
-                            look->core->grid.h[d]);
+    gap = PetscMax(gap,
+                   MPMUnlikelyApart(look, d, look->lower[k], look->upper[k], look->lower[other], look->upper[other]));
   return gap;
 }
 
@@ -263,4 +259,25 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
       MPMUnlikelyGiven("particles_leave", NULL, "", odd))
     return PETSC_FALSE;
   return OpenSide(look, k, odd);
+}
+
+PetscBool MPMUnlikely_ppc_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[k];
+
+  if (look->core->grid.dim == 1 || b->points) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, (PetscReal)b->ppc[d]);
+  return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
+}
+
+PetscBool MPMUnlikely_fluid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody     *b = &look->scene->bodies[k];
+  const MPMMaterial *m = &look->scene->materials[b->material];
+
+  if (!(m->type->traits & MPM_FLUID) || b->v2 > m->K / m->rho) return PETSC_FALSE; /* which is told */
+  odd->ratio = PetscSqrtReal(b->v2 * m->rho / m->K);
+  MPMUnlikelyWrite(odd->meant, 100 * m->rho * b->v2);
+  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_K", m->name);
+  return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
 }

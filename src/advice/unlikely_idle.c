@@ -34,6 +34,31 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
+PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  const char     *option;
+  PetscBool       idle = PETSC_TRUE;
+
+  if (k || look->core->stages.now < 2 || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || look->core->rigids.driven ||
+      MPMUnlikelyGiven("gravity_ramp", NULL, "", odd))
+    return PETSC_FALSE;
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
+    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    if (scene->bodies[b].source.on) return PETSC_FALSE;
+  if (MPMOptionsText(&text)) return PETSC_FALSE;
+  for (const char *at = text; at && MPMOptionsNext(&at, name, value);)
+    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) == look->core->stages.now - 1 &&
+        strncasecmp(option, "time", 4))
+      idle = PETSC_FALSE;
+  (void)PetscFree(text);
+  odd->ratio = idle ? 1 : 0;
+  return MPMUnlikelyGiven("stages", NULL, "", odd);
+}
+
 /* How far a body may come until the end, m, from where it starts. */
 static PetscReal Reach(const MPMLook *look, PetscInt b)
 {
@@ -196,188 +221,6 @@ PetscBool MPMUnlikely_leave_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (MPMUnlikelyWall(look, face) == MPM_WALL_free) return PETSC_FALSE;
   odd->ratio = 1;
   return look->core->params.deletes ? MPMUnlikelyGiven("particles_leave", NULL, "", odd) : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_ppc_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody *b = &look->scene->bodies[k];
-
-  if (look->core->grid.dim == 1 || b->points) return PETSC_FALSE;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, (PetscReal)b->ppc[d]);
-  return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
-}
-
-PetscBool MPMUnlikely_fluid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody     *b = &look->scene->bodies[k];
-  const MPMMaterial *m = &look->scene->materials[b->material];
-
-  if (!(m->type->traits & MPM_FLUID) || b->v2 > m->K / m->rho) return PETSC_FALSE; /* which is told */
-  odd->ratio = PetscSqrtReal(b->v2 * m->rho / m->K);
-  MPMUnlikelyWrite(odd->meant, 100 * m->rho * b->v2);
-  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_K", m->name);
-  return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
-}
-
-PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMLoad *load = &look->scene->loads[k];
-
-  if (load->type != MPM_LOAD_TRACTION || MPMUnlikelyGiven("load", load->name, "_face", odd)) return PETSC_FALSE;
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
-  (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE
-                                                                                              : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  static const char *const options[] = {"_body", "_type", "_value", "_face", "_where", "_point"};
-
-  for (PetscInt l = 0; l < k; l++) {
-    size_t same = 0;
-
-    for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
-      MPMOdd          a = {0}, b = {0};
-      const PetscBool one = MPMUnlikelyGiven("load", look->scene->loads[k].name, options[j], &a),
-                      two = MPMUnlikelyGiven("load", look->scene->loads[l].name, options[j], &b);
-
-      same += one == two && (!one || !strcasecmp(a.value, b.value));
-    }
-    if (same < sizeof options / sizeof options[0]) continue;
-    odd->ratio = 1;
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->loads[l].name);
-    (void)snprintf(odd->meant, MPM_WORDS, "%s", look->scene->loads[k].name);
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-  PetscReal      lower[3], upper[3], size = 0, far = 0;
-
-  if (b->rigid != MPM_RIGID_MOVING || !b->spin || !MPMUnlikelyGiven("body", b->name, "_pivot", odd)) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
-    size = PetscMax(size, upper[d] - lower[d]);
-    far  = PetscMax(far, PetscMax(lower[d] - b->pivot[d], b->pivot[d] - upper[d]));
-  }
-  odd->ratio = far / size;
-  return PETSC_TRUE;
-}
-
-/* Follows what flows in first, in free flight; returns the open face through which it leaves the grid before it meets a body or a
-   wall, or -1; *things: whether there is anything to meet. */
-static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *things)
-{
-  enum { PARTS = 1000 };
-  const MPMScene  *scene = look->scene;
-  const MPMGrid   *grid  = &look->core->grid;
-  const MPMSource *s     = &scene->bodies[source].source;
-  MPMRegion        front = scene->bodies[source].region;
-  PetscReal        lower[3], upper[3];
-
-  front.sweep = 0;
-  MPMRegionBounds(&front, grid->dim, lower, upper);
-  for (PetscInt p = 0; p <= PARTS; p++) {
-    const PetscReal t = PetscMax(0, look->time->end - s->from) * (PetscReal)p / PARTS;
-    PetscReal       way[3];
-
-    for (PetscInt d = 0; d < grid->dim; d++) way[d] = (s->v[d] + 0.5 * look->core->params.gravity[d] * t) * t;
-    for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
-      const PetscBool rigid = b >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
-      PetscReal       box[2][3];
-      PetscBool       meets = PETSC_TRUE;
-
-      if (b == source || scene->bodies[b].removed || scene->bodies[b].source.on ||
-          (rigid && scene->bodies[b].rigid == MPM_RIGID_NONE))
-        continue;
-      if (rigid && scene->bodies[b].rigid != MPM_RIGID_FIXED) return -1; /* it may come to any place */
-      *things = PETSC_TRUE;
-      if (rigid) MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
-      for (PetscInt d = 0; d < grid->dim; d++) {
-        const PetscReal least = rigid ? box[0][d] : look->lower[b][d], most = rigid ? box[1][d] : look->upper[b][d];
-
-        meets = meets && lower[d] + way[d] < most + grid->h[d] && upper[d] + way[d] > least - grid->h[d] ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
-      }
-      if (meets) return -1;
-    }
-    for (PetscInt face = 0; face < 2 * grid->dim; face++) {
-      const PetscInt  d   = face / 2;
-      const PetscReal gap = face % 2 ? grid->upper[d] - upper[d] - way[d] : lower[d] + way[d] - grid->lower[d],
-                      to  = (face % 2 ? 1 : -1) * (s->v[d] + look->core->params.gravity[d] * t);
-
-      if (grid->periodic[d] || (grid->round && !face)) continue;
-      if (MPMUnlikelyWall(look, face) == MPM_WALL_free && gap < -0.5 * (upper[d] - lower[d]) && to > 0) return face;
-      if (MPMUnlikelyWall(look, face) == MPM_WALL_free) continue;
-      *things = PETSC_TRUE;
-      if (gap < grid->h[d] && to > 0) return -1;
-    }
-  }
-  return -1;
-}
-
-/* What flows in against gravity pushes what has flowed in before, so that it comes farther than a free flight. */
-PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid  *grid = &look->core->grid;
-  const PetscInt  d = look->down, up = 2 * d + (look->core->params.gravity[d] < 0);
-  const PetscBool deletes = look->core->params.deletes;
-
-  for (PetscInt b = 0; b < look->scene->nbodies && !k; b++) {
-    const MPMSource *s      = &look->scene->bodies[b].source;
-    MPMRegion        front  = look->scene->bodies[b].region;
-    PetscBool        things = PETSC_FALSE;
-    PetscReal        lower[3], upper[3];
-    PetscInt         face;
-
-    if (!s->on) continue;
-    front.sweep = 0;
-    MPMRegionBounds(&front, grid->dim, lower, upper);
-    face       = LeavesThrough(look, b, &things);
-    odd->ratio = face >= 0 && (things || !deletes) ? 2 : 0;
-    if (face < 0 && look->g > 0 && s->along[d] * look->core->params.gravity[d] < -0.9 * look->g && !deletes &&
-        MPMUnlikelyWall(look, up) == MPM_WALL_free) {
-      face       = up;
-      odd->ratio = s->speed * (PetscMin(s->to, look->time->end) - s->from) /
-                   PetscMax(1e-9 * grid->h[d], up % 2 ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]);
-    }
-    if (!(odd->ratio > 1)) continue;
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-    (void)snprintf(odd->meant, MPM_WORDS, "its free face %s%s; check its sign%s", MPMFaceNames[face],
-                   face == up && look->g > 0 ? ", against gravity" : "",
-                   deletes ? "" : ", or use -particles_leave delete");
-    return MPMUnlikelyGiven("body", look->scene->bodies[b].name, "_velocity", odd);
-  }
-  return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    const MPMSource *s = &look->scene->bodies[b].source;
-
-    if (!s->on || s->layers > 2) continue;
-    odd->ratio = (PetscReal)s->layers;
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-    return MPMUnlikelyGiven("source", look->scene->bodies[b].name, "_to", odd);
-  }
-  return PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_where_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMLoad *load = &look->scene->loads[k];
-  const MPMBody *b    = &look->scene->bodies[load->body];
-
-  odd->ratio = load->where && load->n == b->n ? 1 : 0;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
-  return MPMLoadIsOnVolume(load) ? MPMUnlikelyGiven("load", load->name, "_where", odd) : PETSC_FALSE;
 }
 
 /* A ball or disk that turns about its own centre, and does not grip. */

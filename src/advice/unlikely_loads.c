@@ -1,4 +1,5 @@
 /* unlikely_loads.c - the rows of plausible.def of loads: their size, their sign, and what bears them. */
+#include <strings.h>
 #include "advice/unlikely.h"
 
 /* Is a load a ramp that is longer than the run? That is told, and its size is not. */
@@ -313,4 +314,87 @@ PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
   } else
     return PETSC_FALSE;
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
+}
+
+PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+
+  if (load->type != MPM_LOAD_TRACTION || MPMUnlikelyGiven("load", load->name, "_face", odd)) return PETSC_FALSE;
+  odd->ratio = 1;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE
+                                                                                              : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  static const char *const options[] = {"_body", "_type", "_value", "_face", "_where", "_point"};
+
+  for (PetscInt l = 0; l < k; l++) {
+    size_t same = 0;
+
+    for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
+      MPMOdd          a = {0}, b = {0};
+      const PetscBool one = MPMUnlikelyGiven("load", look->scene->loads[k].name, options[j], &a),
+                      two = MPMUnlikelyGiven("load", look->scene->loads[l].name, options[j], &b);
+
+      same += one == two && (!one || !strcasecmp(a.value, b.value));
+    }
+    if (same < sizeof options / sizeof options[0]) continue;
+    odd->ratio = 1;
+    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->loads[l].name);
+    (void)snprintf(odd->meant, MPM_WORDS, "%s", look->scene->loads[k].name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_where_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMBody *b    = &look->scene->bodies[load->body];
+
+  odd->ratio = load->where && load->n == b->n ? 1 : 0;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  return MPMLoadIsOnVolume(load) ? MPMUnlikelyGiven("load", load->name, "_where", odd) : PETSC_FALSE;
+}
+
+PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
+  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
+  PetscReal          size, value;
+
+  if (look->g > 0 || look->scene->nloads > 1 || look->scene->acceleration || look->scene->bodies[load->body].v2 > 0 ||
+      MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || m->type->traits & (MPM_LOOSE | MPM_FLUID) ||
+      look->core->stages.n)
+    return PETSC_FALSE;
+  if (!MPMUnlikelyNumber("material", m->name, "_yield", odd, &value) || value > 0.1 * MPMUnlikelyModulus(m, PETSC_TRUE))
+    return PETSC_FALSE; /* it is not meant to flow */
+  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_yield %.3g Pa", m->name, (double)value);
+  size       = MPMUnlikelySize(look, &f);
+  odd->ratio = size / value;
+  if (!(size > 0) || !MPMUnlikelyGiven("load", load->name, "_value", odd)) return PETSC_FALSE;
+  MPMUnlikelyThousand(odd);
+  return PETSC_TRUE;
+}
+
+PetscBool MPMUnlikely_load_at_once(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+
+  if (k || look->g > 0 || scene->acceleration || look->core->stages.n || look->core->step || !(look->time->fixed > 0) ||
+      !MPMUnlikelyStatic(odd))
+    return PETSC_FALSE;
+  for (PetscInt l = 0; l < scene->nloads; l++) {
+    const MPMFormula f = MPMUnlikelyFormula(look, l);
+
+    if (!MPMUnlikelySteady(look, &f)) return PETSC_FALSE;
+  }
+  if (MPMWallsHave(&scene->walls, MPM_WALL_MOVES)) return PETSC_FALSE;
+  odd->ratio = PetscCeilReal(look->time->end / look->time->fixed - 1e-6);
+  return MPMUnlikelyGiven("load", scene->loads[0].name, "_value", odd);
 }

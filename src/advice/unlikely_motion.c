@@ -27,31 +27,6 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return walls;
 }
 
-/* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
-PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMScene *scene = look->scene;
-  char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
-  const char     *option;
-  PetscBool       idle = PETSC_TRUE;
-
-  if (k || look->core->stages.now < 2 || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || look->core->rigids.driven ||
-      MPMUnlikelyGiven("gravity_ramp", NULL, "", odd))
-    return PETSC_FALSE;
-  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
-    if (MPMUnlikelyChanges(look, j)) return PETSC_FALSE;
-  for (PetscInt b = 0; b < scene->nbodies; b++)
-    if (scene->bodies[b].source.on) return PETSC_FALSE;
-  if (MPMOptionsText(&text)) return PETSC_FALSE;
-  for (const char *at = text; at && MPMOptionsNext(&at, name, value);)
-    if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) == look->core->stages.now - 1 &&
-        strncasecmp(option, "time", 4))
-      idle = PETSC_FALSE;
-  (void)PetscFree(text);
-  odd->ratio = idle ? 1 : 0;
-  return MPMUnlikelyGiven("stages", NULL, "", odd);
-}
-
 /* A body that lay on matter which its stage removes, and that touches nothing of what is left. */
 PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -73,7 +48,7 @@ PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (b == k || body->source.on || (b >= scene->nbodies && body->rigid == MPM_RIGID_NONE)) continue;
     MPMRegionBounds(&body->region, grid->dim, lower, upper);
     for (PetscInt d = 0; d < grid->dim; d++)
-      gap = PetscMax(gap, PetscMax(lower[d] - look->upper[k][d], look->lower[k][d] - upper[d]) / grid->h[d]);
+      gap = PetscMax(gap, MPMUnlikelyApart(look, d, look->lower[k], look->upper[k], lower, upper));
     if (gap > 1) continue;
     if (!body->removed) return PETSC_FALSE;
     if (!body->rigid && (up ? upper[down] > look->upper[k][down] : lower[down] < look->lower[k][down]))
@@ -86,44 +61,6 @@ PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
                  MPMUnlikelyWall(look, 2 * down + up) == MPM_WALL_free ? "out of the grid" : "onto the wall %s",
                  MPMFaceNames[2 * down + up]);
   return lay;
-}
-
-PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMLoad     *load = &look->scene->loads[k];
-  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
-  const MPMFormula   f    = MPMUnlikelyFormula(look, k);
-  PetscReal          size, value;
-
-  if (look->g > 0 || look->scene->nloads > 1 || look->scene->acceleration || look->scene->bodies[load->body].v2 > 0 ||
-      MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || m->type->traits & (MPM_LOOSE | MPM_FLUID) ||
-      look->core->stages.n)
-    return PETSC_FALSE;
-  if (!MPMUnlikelyNumber("material", m->name, "_yield", odd, &value) || value > 0.1 * MPMUnlikelyModulus(m, PETSC_TRUE))
-    return PETSC_FALSE; /* it is not meant to flow */
-  (void)snprintf(odd->other, MPM_WORDS, "-material_%s_yield %.3g Pa", m->name, (double)value);
-  size       = MPMUnlikelySize(look, &f);
-  odd->ratio = size / value;
-  if (!(size > 0) || !MPMUnlikelyGiven("load", load->name, "_value", odd)) return PETSC_FALSE;
-  MPMUnlikelyThousand(odd);
-  return PETSC_TRUE;
-}
-
-PetscBool MPMUnlikely_load_at_once(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMScene *scene = look->scene;
-
-  if (k || look->g > 0 || scene->acceleration || look->core->stages.n || look->core->step || !(look->time->fixed > 0) ||
-      !MPMUnlikelyStatic(odd))
-    return PETSC_FALSE;
-  for (PetscInt l = 0; l < scene->nloads; l++) {
-    const MPMFormula f = MPMUnlikelyFormula(look, l);
-
-    if (!MPMUnlikelySteady(look, &f)) return PETSC_FALSE;
-  }
-  if (MPMWallsHave(&scene->walls, MPM_WALL_MOVES)) return PETSC_FALSE;
-  odd->ratio = PetscCeilReal(look->time->end / look->time->fixed - 1e-6);
-  return MPMUnlikelyGiven("load", scene->loads[0].name, "_value", odd);
 }
 
 PetscBool MPMUnlikely_rest_undamped(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -5,13 +5,6 @@
 #define PLACES 24  /* on each axis, at which two bodies may touch */
 #define TOUCH  0.1 /* cells: bodies whose boxes are nearer than that touch, */
 #define NEAR   1   /* and what is nearer than that shares nodes */
-#define TIMES  64  /* at which the velocity of what pushes is looked at */
-
-/* Returns how far two boxes are apart along axis d, cells; below 0: they overlap. */
-static PetscReal Apart(const MPMLook *look, PetscInt d, const PetscReal a[2][3], const PetscReal b[2][3])
-{
-  return PetscMax(a[0][d] - b[1][d], b[0][d] - a[1][d]) / look->core->grid.h[d];
-}
 
 /* Finds the place, among those where the boxes of bodies a and b are nearest, that is nearest to both shapes; returns whether
    they touch there. */
@@ -78,34 +71,14 @@ PetscBool MPMUnlikely_glued(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-/* Returns the way until the end of a rigid body that moves by formulas, or of a piston, along axis d, m. */
-static PetscReal Way(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant)
-{
-  const PetscReal part = (look->time->end - look->core->t) / TIMES, x[3] = {0};
-  PetscReal       way = 0;
-
-  for (PetscInt j = 0; j < TIMES; j++) {
-    PetscReal v[9] = {0};
-
-    if (velocity && MPMExpressionEvaluate(velocity, look->core->grid.dim, x, x, look->core->t + part * (j + 0.5), v))
-      return 0;
-    way += part * (velocity ? v[c] : constant);
-  }
-  return way;
-}
-
 /* Returns whether something holds body k at the start against a push along axis d, to the side of sign: a wall, another body, or
    weight. */
 static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal sign)
 {
-  const MPMScene *scene = look->scene;
-  const MPMGrid  *grid  = &look->core->grid;
-  PetscReal       own[2][3];
+  const MPMScene  *scene = look->scene;
+  const MPMGrid   *grid  = &look->core->grid;
+  const PetscReal *low = look->lower[k], *high = look->upper[k];
 
-  for (PetscInt e = 0; e < grid->dim; e++) {
-    own[0][e] = look->lower[k][e];
-    own[1][e] = look->upper[k][e];
-  }
   if (look->g > 0 || scene->nloads || scene->acceleration || grid->periodic[d]) return PETSC_TRUE;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const MPMWall   type  = MPMUnlikelyWall(look, face);
@@ -119,20 +92,17 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
       return PETSC_TRUE; /* such a wall does not let go */
   }
   for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
-    PetscReal box[2][3], gap = -1;
+    PetscReal lower[3], upper[3], gap = -1;
 
     if (b == k || (b >= scene->nbodies && scene->bodies[b].rigid == MPM_RIGID_NONE)) continue;
-    if (b < scene->nbodies)
-      for (PetscInt e = 0; e < grid->dim; e++) {
-        box[0][e] = look->lower[b][e];
-        box[1][e] = look->upper[b][e];
-      }
-    else
-      MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
+    MPMRegionBounds(&scene->bodies[b].region, grid->dim, lower, upper);
+    for (PetscInt e = 0; e < grid->dim && b < scene->nbodies; e++) {
+      lower[e] = look->lower[b][e];
+      upper[e] = look->upper[b][e];
+    }
     for (PetscInt e = 0; e < grid->dim; e++)
-      if (e != d) gap = PetscMax(gap, Apart(look, e, own, box));
-    if (gap < NEAR &&
-        (sign > 0 ? box[1][d] > own[1][d] + 1e-9 * grid->h[d] : box[0][d] < own[0][d] - 1e-9 * grid->h[d]))
+      if (e != d) gap = PetscMax(gap, MPMUnlikelyApart(look, e, low, high, lower, upper));
+    if (gap < NEAR && (sign > 0 ? upper[d] > high[d] + 1e-9 * grid->h[d] : lower[d] < low[d] - 1e-9 * grid->h[d]))
       return PETSC_TRUE; /* it is ahead, or beside */
   }
   return PETSC_FALSE;
@@ -147,16 +117,12 @@ static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt
   if (look->core->stages.n > 1 || look->core->step || look->scene->known || look->core->params.deletes)
     return PETSC_FALSE;
   for (PetscInt k = 0; k < look->scene->nbodies; k++) {
-    PetscReal own[2][3], gap = -1;
+    const PetscReal *low = look->lower[k], *high = look->upper[k];
+    PetscReal        gap = -1;
 
-    for (PetscInt e = 0; e < grid->dim; e++) {
-      own[0][e] = look->lower[k][e];
-      own[1][e] = look->upper[k][e];
-      gap       = PetscMax(gap, Apart(look, e, own, box));
-    }
+    for (PetscInt e = 0; e < grid->dim; e++) gap = PetscMax(gap, MPMUnlikelyApart(look, e, low, high, box[0], box[1]));
     if (look->scene->bodies[k].removed || look->scene->bodies[k].v2 > 0 || !(gap < NEAR)) continue;
-    if (sign * (0.5 * (own[0][d] + own[1][d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign))
-      continue;
+    if (sign * (0.5 * (low[d] + high[d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign)) continue;
     odd->ratio = PetscAbsReal(way) / grid->h[d];
     (void)snprintf(odd->other, MPM_WORDS, "%.60s", look->scene->bodies[k].name);
     (void)snprintf(odd->meant, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[2 * d + (sign > 0)]);
@@ -168,12 +134,12 @@ static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt
 PetscBool MPMUnlikely_pushes_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-  PetscReal      box[2][3];
+  PetscReal      box[2][3], most;
 
   if (b->rigid != MPM_RIGID_MOVING || !b->velocity || b->tied) return PETSC_FALSE;
   MPMRegionBounds(&b->region, look->core->grid.dim, box[0], box[1]);
   for (PetscInt d = 0; d < look->core->grid.dim; d++) {
-    const PetscReal way = Way(look, b->velocity, d, 0);
+    const PetscReal way = MPMUnlikelyAdvance(look, b->velocity, d, 0, 1, &most);
 
     if (way != 0 && Pushes(look, box, d, way, odd)) return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
   }
@@ -187,14 +153,14 @@ PetscBool MPMUnlikely_piston_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd
   const MPMFace  *f     = &look->scene->walls.given[d][side];
   const PetscReal plane = side ? grid->upper[d] - look->scene->walls.place[k]
                                : grid->lower[d] + look->scene->walls.place[k];
-  PetscReal       box[2][3], way;
+  PetscReal       box[2][3], way, most;
 
   if (f->type != MPM_WALL_piston) return PETSC_FALSE;
   for (PetscInt e = 0; e < grid->dim; e++) {
     box[0][e] = e == d ? (side ? plane : grid->lower[e] - 1e3 * grid->h[e]) : grid->lower[e];
     box[1][e] = e == d ? (side ? grid->upper[e] + 1e3 * grid->h[e] : plane) : grid->upper[e];
   }
-  way = Way(look, look->scene->wall_velocity[k], 0, f->velocity[d]);
+  way = MPMUnlikelyAdvance(look, look->scene->wall_velocity[k], 0, f->velocity[d], 1, &most);
   if (!((side ? -way : way) > 0) || !Pushes(look, box, d, way, odd)) return PETSC_FALSE;
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }

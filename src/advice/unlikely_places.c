@@ -2,8 +2,6 @@
 #include "physics/sizes.h"
 #include "advice/unlikely.h"
 
-#define PISTON 200 /* parts of the run in which the way of a piston is looked at */
-
 /* --- Faces and rigid bodies --------------------------------------------------------------------------------------- */
 
 /* Writes the fastest wave of a scene. */
@@ -52,25 +50,6 @@ static PetscBool IsAtRest(const MPMLook *look)
   return look->scene->forced || look->scene->known || look->core->stages.n > 1 ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Returns how far a piston has come at most until the end, m, from where it starts; *last: at the end. */
-static PetscReal Advances(const MPMLook *look, PetscInt k, PetscReal *last)
-{
-  const MPMFace  *f     = &look->scene->walls.given[k / 2][k % 2];
-  const PetscReal every = (look->time->end - look->core->t) / PISTON, x[3] = {0};
-  PetscReal       way = 0, most = 0, v[9] = {0};
-
-  for (PetscInt n = 0; n < PISTON; n++) {
-    v[0] = f->velocity[k / 2];
-    if (look->scene->wall_velocity[k] && MPMExpressionEvaluate(look->scene->wall_velocity[k], look->core->grid.dim, x,
-                                                               x, look->core->t + every * (PetscReal)(n + 0.5), v))
-      return PETSC_MAX_REAL;
-    way += (k % 2 ? -every : every) * v[0];
-    most = PetscMax(most, way);
-  }
-  *last = way;
-  return most;
-}
-
 /* What touches matter at the start and goes away from it meets nothing either; at a side matter may follow it. */
 PetscBool MPMUnlikely_piston_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -86,7 +65,8 @@ PetscBool MPMUnlikely_piston_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (look->scene->walls.given[d][side].type != MPM_WALL_piston || !IsAtRest(look) || look->core->rigids.n || out > 0 ||
       look->core->step || !MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd))
     return PETSC_FALSE;
-  most = Advances(look, k, &last);
+  last = MPMUnlikelyAdvance(look, look->scene->wall_velocity[k], 0, look->scene->walls.given[d][side].velocity[d],
+                            side ? -1 : 1, &most);
   if (!(gap > 0.1 * grid->h[d]) &&
       (most > 0 || !(last < -0.1 * grid->h[d]) || !(out < 0) || (look->scene->walls.given[d][side].pulls && solid)))
     return PETSC_FALSE;
@@ -129,8 +109,7 @@ PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *od
       (void)snprintf(odd->meant, MPM_WORDS, "%s", odd->option);
     }
   for (PetscInt r = 0; r < look->scene->nshapes; r++) {
-    const MPMFormula f = MPMUnlikelyFormula(look, look->scene->nloads + 7 + 2 * r);
-
+    const MPMFormula f    = MPMUnlikelyFormula(look, look->scene->nloads + 7 + 2 * r);
     const MPMFormula spin = MPMUnlikelyFormula(look, look->scene->nloads + 8 + 2 * r);
     const MPMBody   *b    = &look->scene->bodies[look->scene->nbodies + r];
     const PetscReal  goes = MPMUnlikelySize(look, &f),
@@ -311,7 +290,7 @@ PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
         look->scene->bodies[b].v2 > 0)
       continue;
     for (PetscInt d = 0; d < grid->dim; d++) {
-      const PetscReal far = PetscMax(lower[d] - look->upper[b][d], look->lower[b][d] - upper[d]) / grid->h[d];
+      const PetscReal far = MPMUnlikelyApart(look, d, lower, upper, look->lower[b], look->upper[b]);
 
       apart += far > 0;
       if (far > 0) gap = d == down ? PETSC_MAX_REAL : far;
@@ -344,6 +323,21 @@ PetscBool MPMUnlikely_gap_under(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!odd->other[0] || !(odd->ratio > 0.05)) return PETSC_FALSE;
   MPMGridFiner(grid, 3 / odd->ratio, odd->meant, MPM_WORDS);
   return MPMUnlikelyGiven("body", r->name, "_shape", odd);
+}
+
+PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
+  PetscReal      lower[3], upper[3], size = 0, far = 0;
+
+  if (b->rigid != MPM_RIGID_MOVING || !b->spin || !MPMUnlikelyGiven("body", b->name, "_pivot", odd)) return PETSC_FALSE;
+  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    size = PetscMax(size, upper[d] - lower[d]);
+    far  = PetscMax(far, PetscMax(lower[d] - b->pivot[d], b->pivot[d] - upper[d]));
+  }
+  odd->ratio = far / size;
+  return PETSC_TRUE;
 }
 
 /* --- Probes ------------------------------------------------------------------------------------------------------- */
@@ -394,7 +388,7 @@ PetscBool MPMUnlikely_probe_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
     PetscReal far = 0;
 
     for (PetscInt d = 0; d < grid->dim; d++)
-      far = PetscMax(far, PetscMax(look->lower[b][d] - x[d], x[d] - look->upper[b][d]) / grid->h[d]);
+      far = PetscMax(far, MPMUnlikelyApart(look, d, x, x, look->lower[b], look->upper[b]));
     odd->ratio = PetscMin(odd->ratio, far);
   }
   return MPMUnlikelyGiven("probe", name, "_follow", odd);

@@ -4,12 +4,6 @@
 
 #define PLACES 5 /* on each axis of a body */
 
-/* Is this the start of a run of its own? */
-static PetscBool IsStart(const MPMLook *look)
-{
-  return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
-}
-
 /* A wall is a plane of symmetry if it cuts the shape of the body; what moves away from a slip wall on which it lies,
    the wall holds back. */
 PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -18,7 +12,8 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMRegion      whole = look->scene->bodies[k].region;
   PetscReal      v[9] = {0}, lower[3], upper[3], size = 0;
 
-  if (!IsStart(look) || look->scene->bodies[k].points || !MPMUnlikelyVelocity(look, k, odd, v)) return PETSC_FALSE;
+  if (!MPMUnlikelyStarts(look) || look->scene->bodies[k].points || !MPMUnlikelyVelocity(look, k, odd, v))
+    return PETSC_FALSE;
   whole.nwithin = 0;
   MPMRegionBounds(&whole, grid->dim, lower, upper);
   for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, PetscAbsReal(v[d]));
@@ -58,7 +53,7 @@ PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     odd->ratio = PetscMax(odd->ratio,
                           PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end / MPMGridSmallestH(&core->grid));
-  if (!IsStart(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1)
+  if (!MPMUnlikelyStarts(look) || core->params.deletes || core->implicit || core->grid.total || core->grid.dim == 1)
     return PETSC_FALSE;
   (void)MPMUnlikelyVelocity(look, k, odd, v);
   for (PetscInt face = 0; face < 2 * core->grid.dim; face++) {
@@ -90,7 +85,7 @@ PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt dim  = look->core->grid.dim;
   PetscReal      x[3] = {0}, most = 1;
 
-  if (!IsStart(look) || !b->deformation) return PETSC_FALSE;
+  if (!MPMUnlikelyStarts(look) || !b->deformation) return PETSC_FALSE;
   for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
     PetscReal F[9] = {0}, J;
 
@@ -112,8 +107,9 @@ PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscInt  dim = look->core->grid.dim, down = look->down;
   PetscReal       x[3] = {0}, most = 0, weight = 0;
 
-  if (k || !IsStart(look) || !(look->g > 0) || MPMUnlikelyGravity(look->core, scene) || MPMInitialGravity(scene) > 0 ||
-      !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial || !strchr(odd->value, "xyz"[down]))
+  if (k || !MPMUnlikelyStarts(look) || !(look->g > 0) || MPMUnlikelyGravity(look->core, scene) ||
+      MPMInitialGravity(scene) > 0 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial ||
+      !strchr(odd->value, "xyz"[down]))
     return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     if (scene->bodies[b].points || scene->bodies[b].source.on || scene->bodies[b].removed) return PETSC_FALSE;
@@ -167,7 +163,7 @@ static PetscBool ByHeight(const MPMLook *look, MPMOdd *odd)
   const PetscInt dim  = look->core->grid.dim;
   MPMOdd         size = {0};
 
-  if (!IsStart(look) || dim == 1 || !look->scene->initial || MPMInitialGravity(look->scene) > 0 ||
+  if (!MPMUnlikelyStarts(look) || dim == 1 || !look->scene->initial || MPMInitialGravity(look->scene) > 0 ||
       MPMUnlikelyGravity(look->core, look->scene) ||
       (MPMUnlikely_stress_small(look, 0, &size) && (size.ratio < 5e-3 || size.ratio > 200)))
     return PETSC_FALSE;
@@ -267,7 +263,7 @@ PetscBool MPMUnlikely_load_stress(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMOdd         stress;
   char           wrong[MPM_TEXT_LEN];
 
-  if (!IsStart(look) || MPMLoadIsOnVolume(load) || !look->scene->initial ||
+  if (!MPMUnlikelyStarts(look) || MPMLoadIsOnVolume(load) || !look->scene->initial ||
       !MPMUnlikelyGiven("initial_stress", NULL, "", &stress) || !strcasecmp(stress.value, "k0") ||
       strpbrk(stress.value, "xyz") || !MPMUnlikelyGiven("load", load->name, "_value", odd))
     return PETSC_FALSE;
@@ -300,7 +296,7 @@ PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *
   const MPMScene *scene = look->scene;
   const PetscReal out   = face % 2 ? 1 : -1;
 
-  if (!IsStart(look) || MPMUnlikelyWall(look, face) != MPM_WALL_friction ||
+  if (!MPMUnlikelyStarts(look) || MPMUnlikelyWall(look, face) != MPM_WALL_friction ||
       out * look->core->params.gravity[face / 2] > 0 || scene->forced || scene->initial || look->core->rigids.n ||
       look->core->stages.n || scene->nbodies > 1)
     return PETSC_FALSE;
@@ -316,32 +312,4 @@ PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[0].name);
   return MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
-}
-
-PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMScene *scene = look->scene;
-  const PetscInt  dim   = look->core->grid.dim;
-
-  if (k || !IsStart(look)) return PETSC_FALSE;
-  for (PetscInt s = 0; s < scene->nbodies; s++) {
-    MPMRegion front = scene->bodies[s].region;
-    PetscReal lower[3], upper[3], x[3] = {0};
-
-    if (!scene->bodies[s].source.on) continue;
-    front.sweep = 0;
-    MPMRegionBounds(&front, dim, lower, upper);
-    for (PetscInt b = 0; b < scene->nbodies; b++) {
-      PetscInt in = 0, all = 0;
-
-      if (b == s || scene->bodies[b].source.on || scene->bodies[b].points || scene->bodies[b].removed) continue;
-      for (; MPMUnlikelyPlace(dim, lower, upper, PLACES, all, x); all++)
-        in += MPMRegionInside(&scene->bodies[b].region, dim, x);
-      if (!((PetscReal)in / (PetscReal)all > odd->ratio)) continue;
-      odd->ratio = (PetscReal)in / (PetscReal)all;
-      (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", scene->bodies[s].name);
-      (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
-    }
-  }
-  return odd->option[0] ? PETSC_TRUE : PETSC_FALSE;
 }

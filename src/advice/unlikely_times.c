@@ -127,59 +127,6 @@ PetscBool MPMUnlikely_step_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-/* The largest time that sources are given, s, and its option. */
-static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
-{
-  MPMOdd other = {0};
-
-  for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    if (look->scene->bodies[b].source.on &&
-        MPMUnlikelyNumber("source", look->scene->bodies[b].name, word, &other, &other.ratio) &&
-        other.ratio > odd->ratio)
-      *odd = other;
-  MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
-  odd->ratio /= MPMUnlikelyEnd(look);
-  return MPMUnlikelyEnd(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-PetscBool MPMUnlikely_source_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  return OfSources(look, "_from", odd);
-}
-
-PetscBool MPMUnlikely_source_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  (void)k;
-  return OfSources(look, "_to", odd);
-}
-
-PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
-{
-  const MPMGrid *grid = &look->core->grid;
-  PetscReal      room = 1, all = 0, most = 0, to;
-
-  (void)k;
-  if (look->core->params.deletes) return PETSC_FALSE;
-  for (PetscInt d = 0; d < grid->dim; d++) room *= grid->upper[d] - grid->lower[d];
-  for (PetscInt j = 0; j < look->scene->nfilled; j++) {
-    const MPMBody   *b      = &look->scene->bodies[j];
-    const MPMSource *s      = &b->source;
-    const PetscReal  volume = (PetscReal)b->n * look->scene->kinds[b->kind].V0,
-                    flows   = s->on ? PetscMax(0, (PetscMin(s->to, MPMUnlikelyEnd(look)) - s->from) / (s->to - s->from))
-                                    : 0;
-
-    if (!s->on) room -= volume;
-    all += flows * volume;
-    if (!(flows * volume > most)) continue;
-    most = flows * volume;
-    if (!MPMUnlikelyNumber("source", b->name, "_to", odd, &to)) return PETSC_FALSE;
-  }
-  (void)snprintf(odd->other, MPM_WORDS, "%.3g m^3", (double)all);
-  odd->ratio = room > 0 ? all / room : 0;
-  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
-}
-
 PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   static const char *const options[] = {"output_every", "history_every", "checkpoint_every"};

@@ -3,6 +3,8 @@
 #include <strings.h>
 #include "advice/unlikely.h"
 
+#define PARTS 200 /* of the run, in which the way of a wall or a rigid body is looked at */
+
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *odd)
 {
   char      text[MPM_TEXT_LEN] = "";
@@ -83,6 +85,46 @@ PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscRea
   for (PetscInt d = 0; d < dim; d++, j /= n)
     x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
   return j ? PETSC_FALSE : PETSC_TRUE;
+}
+
+PetscReal MPMUnlikelyApart(const MPMLook *look, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
+                           const PetscReal lower_b[], const PetscReal upper_b[])
+{
+  return PetscMax(lower_a[d] - upper_b[d], lower_b[d] - upper_a[d]) / look->core->grid.h[d];
+}
+
+PetscReal MPMUnlikelyAdvance(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant,
+                             PetscReal toward, PetscReal *most)
+{
+  const PetscReal part = (look->time->end - look->core->t) / PARTS, x[3] = {0};
+  PetscReal       way = 0;
+
+  *most = 0;
+  for (PetscInt j = 0; j < PARTS; j++) {
+    PetscReal v[9] = {0};
+
+    if (velocity && MPMExpressionEvaluate(velocity, look->core->grid.dim, x, x, look->core->t + part * (j + 0.5), v)) {
+      *most = PETSC_MAX_REAL;
+      return 0;
+    }
+    way += toward * part * (velocity ? v[c] : constant);
+    *most = PetscMax(*most, way);
+  }
+  return way;
+}
+
+PetscBool MPMUnlikelyStarts(const MPMLook *look)
+{
+  return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
+}
+
+PetscBool MPMUnlikelyFed(const MPMLook *look, PetscInt k)
+{
+  const MPMBody *body = look->scene->bodies;
+
+  for (PetscInt s = 0; s < look->scene->nbodies && !body[k].source.on; s++)
+    if (body[s].source.on && body[s].material == body[k].material) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
 PetscReal MPMUnlikelyExtent(const MPMLook *look, PetscInt m, PetscInt d)

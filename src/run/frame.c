@@ -129,6 +129,7 @@ PetscErrorCode MPMFrameCheck(MPM mpm, MPMOptions o)
                        "that no particle is strained",
                        scene->bodies[b].name, by);
   }
+  /* What is advised where bodies meet, later: motion is not wanted. */
   if (!strcmp(time, "static")) (void)snprintf(use, sizeof mpm->watch.use, "-method_frame updated");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
