@@ -166,16 +166,15 @@ PetscBool MPMUnlikely_formula_still(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMFormula f = MPMUnlikelyFormula(look, k);
-  PetscReal        least;
-  MPMOdd           spin;
-
-  const PetscInt  face = k - look->scene->nloads;
-  const PetscBool wall = face >= 0 && face < 2 * look->core->grid.dim &&
+  const MPMFormula f    = MPMUnlikelyFormula(look, k);
+  const PetscInt   face = k - look->scene->nloads;
+  const PetscBool  wall = face >= 0 && face < 2 * look->core->grid.dim &&
                                  MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
                                  look->scene->walls.place[face] == 0
-                             ? PETSC_TRUE
-                             : PETSC_FALSE; /* that of a constant velocity has no formula */
+                              ? PETSC_TRUE
+                              : PETSC_FALSE; /* that of a constant velocity has no formula */
+  PetscReal        least;
+  MPMOdd           spin;
 
   if ((!f.value && !wall) || face < 0 || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
   if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))

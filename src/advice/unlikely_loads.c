@@ -113,8 +113,8 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (!bore && !(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
       (!bore && !(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
     return PETSC_FALSE;
-  for (PetscInt j = 0; j <= 120;
-       j++) { /* at 11 times and places; where it presses at any of them, it is one that swings */
+  /* At 11 times and places: where it presses at any of them, it is one that swings. */
+  for (PetscInt j = 0; j <= 120; j++) {
     const PetscReal t = look->time->end * (PetscReal)(j / 11) / 10, part = (PetscReal)(j % 11) / 10;
     PetscReal       value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, pull = 0;
 

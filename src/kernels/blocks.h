@@ -33,15 +33,14 @@ typedef struct {
 
 /* The stencils of a block, and what the particles have from their kinds. */
 typedef struct {
-  MPMComponent copy;                     /* from a base node to that of the copy, in the patch's arrays */
-  MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
-  MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
-  MPMComponent has_F;                    /* 1 if the material has F, else 0 */
-  MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
-  MPMAxis      axis[3];
-  PetscInt     kind[MPM_BLOCK];
-  PetscReal
-      stride; /* from a node to the next one on the axis of the copies' places, in the patch's arrays; 0: one place */
+  MPMComponent    copy;                     /* from a base node to that of the copy, in the patch's arrays */
+  MPMComponent    base;                     /* index of the base node in the patch's arrays, a whole number */
+  MPMComponent    x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
+  MPMComponent    has_F;                    /* 1 if the material has F, else 0 */
+  MPMComponent    w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
+  MPMAxis         axis[3];
+  PetscInt        kind[MPM_BLOCK];
+  PetscReal       stride; /* to the next node on the axis of the copies' places, in the patch's arrays; 0: one place */
   const PetscInt *place, *first; /* of each copy; of each place, as MPMGrid has them */
   PetscBool       walled;        /* some particle has weights that a wall changes */
 } MPMStencils;

@@ -34,8 +34,7 @@ typedef struct {
   PetscInt64 weight[2];
   PetscReal  near[2][3], wide[2];
   PetscBool  tied;
-  PetscReal  thin
-      [2]; /* m: of a rigid body: the distance of the node's matter on the same side; the thickness to that on the other */
+  PetscReal thin[2]; /* m, of a rigid body: the distance of the matter on its side; the thickness to the other side's */
   PetscReal given[3];
   PetscReal room[4]; /* of rigid bodies: what they leave of these gaps in this step, m; the last one beside */
 } MPMContactNode;

@@ -18,9 +18,8 @@ extern const char *const MPMBasisNames[]; /* [MPMBasis] */
    nodes and of cells are such ones, and MPMGridFold finds where one lies; the DMDA, its cuts, tiles and messages know
    nothing of copies. */
 typedef struct {
-  PetscInt dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
-  PetscInt copies, stack,
-      stride; /* copies is 0 or 1 where all bodies share the nodes; stride: nodes of a whole place */
+  PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and places included */
+  PetscInt  copies, stack, stride; /* copies: 0 or 1 where all bodies share the nodes; stride: nodes of a whole place */
   PetscInt  places, place[MPM_MAX_COPIES];             /* places is 0 or 1 where all copies are at the same one */
   PetscInt  low[MPM_MAX_COPIES], high[MPM_MAX_COPIES]; /* of each place; high 0: it has all nodes */
   PetscInt  first[MPM_MAX_COPIES];                     /* the number that node 0 of a place has or would have */

@@ -55,9 +55,9 @@ struct _p_MPM {
   MPMWatch         watch;
   MPMRetry         retry;
   MPMCheckpoint    checkpoint;
-  const PetscInt
-      *keeps; /* of a stage: fields that later ones need (bits) of each material's state; the last number: what
-                             flows in can get only as it does. NULL: none is known */
+  /* Of a stage: the fields (bits) that later ones need of each material's state; the last number: those that what flows in can
+     get only as it does. NULL: none is known. */
+  const PetscInt *keeps;
 };
 
 extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that other tables have (vocabulary.c) */
@@ -66,9 +66,8 @@ extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that 
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);
 PetscErrorCode MPMReadOptions(MPM, MPMOptions);
 PetscErrorCode MPMSetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMSetNeeds(MPM); /* what of its particles the scene needs; MPMSetPhases calls it */
-PetscErrorCode
-    MPMSetPhases(MPM); /* sets the phases of a step and the constants of the cost model; MPMSetUp calls it first */
+PetscErrorCode MPMSetNeeds(MPM);  /* what of its particles the scene needs; MPMSetPhases calls it */
+PetscErrorCode MPMSetPhases(MPM); /* sets the phases of a step and the cost model; MPMSetUp calls it first */
 PetscErrorCode MPMSetUp(MPM);
 PetscErrorCode MPMRun(MPM);
 PetscErrorCode MPMDestroy(MPM *);

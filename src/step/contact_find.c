@@ -10,11 +10,11 @@
 #define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
 #define NENDS   14   /* numbers of a node of which all processes have the least */
 #define FACING  -0.8 /* cosine of the angle between normals on both sides of a thin body */
-#define THIN                                                                                                           \
-  1.75 /* cells: a body that is thinner between matter on both sides is warned of; measured: at 1.5 a block that
-                       strikes a plate gives one behind it 0.14 of its momentum, at 2 0.01 */
-#define COARSE                                                                                                         \
-  8 /* cells in the radius of a rigid ball, below which it is slow on matter; docs/choosing.md has what was measured */
+/* Cells: a body that is thinner between matter on both sides is warned of. Measured: at 1.5 a block that strikes a plate
+   gives one behind it 0.14 of its momentum, at 2 0.01. */
+#define THIN 1.75
+/* Cells in the radius of a rigid ball, below which it is slow on matter; docs/choosing.md has what was measured. */
+#define COARSE   8
 #define SLIDES   4            /* cells: its way along matter from which on it is told */
 #define OVERLAPS 0.5          /* cells: bodies that do so along the axis of their normal lie beside each other */
 #define MOST     ldexp(1, 54) /* of what a particle adds to a weight, in units */
