@@ -159,7 +159,8 @@ def draws():
         pixels = np.asarray(Image.open(picture).convert("RGB")).astype(int)
         coloured = (np.ptp(pixels, axis=-1) > 40).mean()
         check.that(0.02 < coloured < 0.9, f"{100 * coloured:.1f} % of its picture is coloured")
-        ends = [(side > 40).mean() for side in (above := pixels[:650, :, 0] - pixels[:650, :, 2], -above)]  # red, blue; the bar is below
+        above = pixels[:650, :, 0] - pixels[:650, :, 2]  # the bar is below
+        ends = (above > 40).mean(), (above < -40).mean()  # red, blue
         check.that(field or min(ends) > 0.001, f"{100 * ends[0]:.2f} % of it is red, {100 * ends[1]:.2f} % blue: both ends of the bar are there")
         check.that((pixels[0].min(), pixels[-1].min(), pixels[:, 0].min(), pixels[:, -1].min()) == (255,) * 4, "nothing reaches its edge")
     env.pop("DISPLAY", None)

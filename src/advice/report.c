@@ -344,7 +344,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, lower, 3, MPIU_REAL, MPI_MIN, core->exchange.data));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, upper, 3, MPIU_REAL, MPI_MAX, core->exchange.data));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, whole, 6, MPIU_REAL, MPI_MAX, core->exchange.data));
-    for (PetscInt d = 0; d < 3; d++) whole[d] += whole[3 + d];
+    for (PetscInt d = 0; d < dim && n[0]; d++) whole[d] += whole[3 + d];
     PetscCall(PrintExtent(core, load, lower, upper, whole, narrow));
     PetscCall(PrintInAll(core, dim, all, most, "N", at));
     if (narrow[0]) PetscCall(MPMNote(&core->print, "%s", narrow));
