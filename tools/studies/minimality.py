@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Measures what each scene of options/ carries and sends beside the same scene with -method_carry all: fields and bytes of a
-particle, phases of a step, bytes of messages of a step on 2 processes, time of a step. Writes docs/data/minimality.csv and
-the table `minimality` of docs/developer.md. Scenes in the total frame, which knows no -method_carry, are left out.
+particle, phases of a step, bytes of messages of a step on 2 processes, time of a step. Writes docs/data/minimality.csv.
+Scenes in the total frame, which knows no -method_carry, are left out.
 
     minimality.py                  measures what the file lacks; --again: everything; --scenes disks taylor: these alone
-    minimality.py --table          only renews the table from the file
 
 Times are processor times of runs in turns, with and without, so load of the machine enters the ratio little: the median of
 the ratios of --pairs pairs. A run takes about half a second, or all steps of the scene if they take less.
@@ -23,14 +22,10 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
-import marks  # noqa: E402
 
-DOCUMENT = os.path.join(ROOT, "docs", "developer.md")
 SECONDS, FIRST, SENT = 0.5, 100, 20  # of a timed run; steps of the run that estimates how many these are; steps whose messages count
 MODES = ("needed", "all")
 COLUMNS = ["scene", "fields", "bytes", "bytes_all", "phases", "sent", "sent_all", "ns", "ratio"]
-SHOWN = {"scene": "scene", "bytes": "B a particle", "bytes_all": "with all", "sent": "B of messages a step, 2 processes",
-         "sent_all": "with all", "ratio": "time with all, ratio"}  # columns of the table of the document
 # Scenes of options/ as they are, and some with a choice that changes what they need.
 CHANGED = {"column, F not shown": ("column", ["-output_fields", "velocity"]), "taylor, F not shown": ("taylor", ["-output_fields", "velocity"])}
 
@@ -105,16 +100,6 @@ def write(path, rows):
         out.writerows(rows[scene] for scene in sorted(rows))
 
 
-def render(rows):
-    with open(DOCUMENT) as file:
-        text = file.read()
-    lines = [[rows[scene][column] for column in SHOWN] for scene in sorted(rows)]
-    new = marks.renew(text, "minimality", marks.markdown(list(SHOWN.values()), lines))
-    if new != text:
-        with open(DOCUMENT, "w") as file:
-            file.write(new)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"))
@@ -124,14 +109,13 @@ def main():
     parser.add_argument("--pairs", type=int, default=7)
     parser.add_argument("--scenes", nargs="+")
     parser.add_argument("--again", action="store_true", help="measure also what the file has")
-    parser.add_argument("--table", action="store_true", help="measure nothing")
     arguments = parser.parse_args()
     path = os.path.join(arguments.data, "minimality.csv")
     rows = read(path)
     names = sorted(name[:-5] for name in os.listdir(os.path.join(ROOT, "options")) if name.endswith(".opts"))
     names = [name for name in names if "-method_preset solid" not in open(os.path.join(ROOT, "options", name + ".opts")).read()]
     rows = {scene: row for scene, row in rows.items() if scene in [*names, *CHANGED]}
-    for scene in [] if arguments.table else arguments.scenes or [*names, *CHANGED]:
+    for scene in arguments.scenes or [*names, *CHANGED]:
         if scene in rows and not arguments.again:
             continue
         with tempfile.TemporaryDirectory() as folder:
@@ -139,8 +123,6 @@ def main():
         print(", ".join(map(str, rows[scene].values())), flush=True)
         os.makedirs(arguments.data, exist_ok=True)
         write(path, rows)
-    if os.path.samefile(arguments.data, os.path.join(ROOT, "docs", "data")):
-        render(rows)
 
 
 if __name__ == "__main__":

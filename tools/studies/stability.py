@@ -67,11 +67,8 @@ def measure(pebble, options):
 
 
 def limit(row, probe):
-    """The largest stable C of a probe; of the next larger one the drift at which it is unstable, and the growth there."""
-    if not row[probe + "_unstable"]:
-        return f"≥ {row[probe]}"
-    drift = f"{row[probe + '_speed']} c, " if row.get(probe + "_speed") else ""
-    return f"{'none' if float(row[probe]) == 0 else row[probe]} ({drift}{row[probe + '_growth'] or 'at once'})"
+    """The largest stable C of a probe."""
+    return f"≥ {row[probe]}" if not row[probe + "_unstable"] else "none" if float(row[probe]) == 0 else row[probe]
 
 
 def program(row):

@@ -83,8 +83,6 @@ def main():
         sys.exit(1 if changed else 0)
     import figures  # it needs matplotlib
     figures.draw(results)
-    if os.path.exists(os.path.join(HERE, "minimality.py")):  # it renews its table itself, in docs/developer.md
-        subprocess.run([sys.executable, os.path.join(HERE, "minimality.py"), "--table"], check=True)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ Regret. The error of a method over the best error of the methods with margin (me
 the problem counts as the floor, and a ratio below 1 as 1. It is taken at equal cost: that of the reference method (quadratic
 splines, usl, FLIP) at the common level of the problem. The error of a method at that cost is read from its own errors over
 cost, by straight lines between grids in logarithms; beyond its finest grid the last line goes on, at most by a factor of 2
-in cost, and is taken as level where the error grew. Two more columns have the same at equal grids, whatever the cost, and
+in cost, and is taken as level where the error grew. The terminal also gets the same at equal grids, whatever the cost, and
 against the best of all methods, with margin or without.
 """
 import csv
@@ -169,10 +169,6 @@ def shown(results):
     return [name for name in method_names(results) if f"{name} own" not in METHODS]
 
 
-# Methods whose errors on all grids are shown: those of the presets, and one of each other basis or transfer.
-ON_ALL_GRIDS = ("bs3 usl aflip 1 own", "bs3 usl afmpm", "bs3 musl flip", "bs2 usl flip", "bs2 musl flip", "bs3 usl apic", "bs3 usl flip", "gimpS usl aflip 0.5 own")
-
-
 # ---- Tables
 
 def margin(results, name):
@@ -185,19 +181,14 @@ def errors_table(results, names=None):
                            for name in names or results.methods])
 
 
-def regret_table(results, names=None):
+def regret_table(results, names=None, others=False):
     lines = []
     for name in names or method_names(results):
         regrets = results.regret(name)
         mean, largest = summary(regrets)
-        others = [value for kind in (results.regret(name, "level"), results.regret(name, everyone=True)) for value in summary(kind)]
-        lines.append([name, margin(results, name), ratio(mean, 2), ratio(largest), *(ratio(regrets[p]) for p in MAIN), *(ratio(v, 2 - k % 2) for k, v in enumerate(others))])
-    return markdown(["method", "margin", "mean", "largest", *MAIN, "equal grids: mean", "largest", "best of all: mean", "largest"], lines)
-
-
-def grids_table(results):
-    lines = [[p, n, *(number(results.error(name, p, n)) for name in ON_ALL_GRIDS)] for p in PROBLEMS for n in PROBLEMS[p].levels]
-    return markdown(["problem", "n", *ON_ALL_GRIDS], lines)
+        more = [value for kind in (results.regret(name, "level"), results.regret(name, everyone=True)) for value in summary(kind)] if others else []
+        lines.append([name, margin(results, name), ratio(mean, 2), ratio(largest), *(ratio(regrets[p]) for p in MAIN), *(ratio(v, 2 - k % 2) for k, v in enumerate(more))])
+    return markdown(["method", "margin", "mean", "largest", *MAIN, *(["equal grids: mean", "largest", "best of all: mean", "largest"] if others else [])], lines)
 
 
 def cheapest(results, problem, tolerance):
@@ -283,7 +274,7 @@ def motion_table(results):
     return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "drift: strain energy"], lines)
 
 
-TABLES = {"errors": lambda r: errors_table(r, shown(r)), "regret": lambda r: regret_table(r, shown(r)), "grids": grids_table, "digit": digit_table,
+TABLES = {"errors": lambda r: errors_table(r, shown(r)), "regret": lambda r: regret_table(r, shown(r)), "digit": digit_table,
           "varied": varied_table, "presets": preset_table,
           "motion": motion_table, "flow": flow_table}
 
@@ -291,7 +282,7 @@ TABLES = {"errors": lambda r: errors_table(r, shown(r)), "regret": lambda r: reg
 def plain(results, names):
     """Errors and regret for the terminal: these methods, below them those with margin."""
     names = [*names, *(name for name in results.methods if results.methods[name].margin and name not in names and any(key[0] == name for key in results.rows))]
-    text = errors_table(results, names) + "\n\nregret at equal cost (and at equal grids)\n" + regret_table(results, names)
+    text = errors_table(results, names) + "\n\nregret at equal cost (and at equal grids)\n" + regret_table(results, names, others=True)
     guessed = [name for name in names if name in results.guessed]
     if guessed:
         text += f"\ntime of a step not measured, taken as that of apic or of {REFERENCE}: {', '.join(guessed)}  (run.py --cost)"
