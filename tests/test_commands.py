@@ -75,7 +75,7 @@ VARIES = [
 BEFORE = {"scenes": "sed /damping_time/d options/slope.opts >my.opts"}  # a scene of the reader's, which has to settle
 SOLVERS = ("snes_", "ksp_", "pc_", "mg_", "mat_")  # options of PETSc's solvers begin so, of which -help petsc lists none
 OTHER_OPTIONS = ("reference.md", "report.md", "petsc.md", "CHANGELOG.md")  # made by programs; options of PETSc, and of earlier versions
-MISSPELT = {"body_disk_raduis", "body_disk1_raduis"}  # on purpose
+MISSPELT = {"body_disk_raduis"}  # on purpose
 
 
 class Block:
