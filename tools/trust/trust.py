@@ -164,9 +164,9 @@ def table(rows):
 
 
 def short(text):
-    """A message without its numbers and its remedy."""
-    text = re.sub(r"\([^()]*\)", "", text.split(";")[0])
-    return re.sub(r"\s+", " ", re.sub(r"(?<!\w)-?\d[\d.e+-]*", "...", text)).strip()[:80]
+    """A message without its time, its place, its numbers and its remedy."""
+    text = re.sub(r"\([^()]*\)", "", re.sub(r"^seen at \S+ s: ", "", text))
+    return re.split(r";|:|, near", re.sub(r"\s+", " ", text).replace(" ,", ","))[0].strip()
 
 
 def remarks(rows):
