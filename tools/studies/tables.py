@@ -50,7 +50,7 @@ class Results:
 
     def __init__(self, folder=DATA, added=None):
         self.folder, self.methods = folder, METHODS | (added or {})
-        self.rows, self.ns, self.bytes, self.guessed = {}, {}, {}, set()
+        self.rows, self.ns, self.guessed = {}, {}, set()
         for row in read(os.path.join(folder, "choosing.csv")):
             name = row["method"]
             if row["problem"] not in PROBLEMS:
@@ -61,7 +61,6 @@ class Results:
                 self.rows[name, row["problem"], int(row["n"]), int(row["ppc"]), float(row["cfl"])] = row
         for row in read(os.path.join(folder, "method_cost.csv")) or read(os.path.join(DATA, "method_cost.csv")):
             self.ns[int(row["dim"]), row["method"]] = float(row["ratio"])
-            self.bytes[int(row["dim"]), row["method"]] = row["bytes"]
         for dim in 2, 3:
             for name in self.methods:
                 like = [name.removesuffix(" own")]  # the same step, whatever its length; aflip does what apic does
@@ -70,7 +69,7 @@ class Results:
                 found = next((other for other in [name, *like] if (dim, other) in self.ns), None)
                 if found is None or found.split()[2:3] != name.split()[2:3]:
                     self.guessed.add(name)
-                self.ns[dim, name], self.bytes[dim, name] = self.ns.get((dim, found), 1.0), self.bytes.get((dim, found), "")
+                self.ns[dim, name] = self.ns.get((dim, found), 1.0)
 
     def error(self, name, problem, n, ppc=2, cfl=None):
         """Relative error; infinite if the run was stopped, None if there is no such run."""
@@ -176,8 +175,8 @@ def margin(results, name):
 
 
 def errors_table(results, names=None):
-    head = ["method", "cfl", "time 2-D", "3-D", "bytes", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
-    return markdown(head, [[name, f"{results.methods[name].cfl:g}", *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), results.bytes.get((3, name), ""), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
+    head = ["method", "cfl", "time 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
+    return markdown(head, [[name, f"{results.methods[name].cfl:g}", *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
                            for name in names or results.methods])
 
 
@@ -269,9 +268,8 @@ def motion_table(results):
             return f"{float(row[column]):.3f}" if row[column] else "stops"
         grown = float(drift["energy"]) if drift["status"] == "0" else INF
         lines.append([name, *(kept(spin, c) for c in ("turns3", "turns30", "turns100")), kept(disk, "turns3"), kept(disk, "turns100"),
-                      kept(disk, "with_affine3") if disk["with_affine3"] else "-", kept(disk, "with_affine100") if disk["with_affine100"] else "-",
                       kept(disk, "energy") if disk["status"] == "0" else "stops", "stops" if grown == INF else "< 1e-9" if grown < 1e-9 else f"{grown:.0e}"])
-    return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "drift: strain energy"], lines)
+    return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "disk, energy", "drift: strain energy"], lines)
 
 
 TABLES = {"errors": lambda r: errors_table(r, shown(r)), "regret": lambda r: regret_table(r, shown(r)), "digit": digit_table,
