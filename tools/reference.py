@@ -43,17 +43,13 @@ A scene is a PETSc options file, one `-name value` a line:
   material, a declared body and a face (`xmin` `xmax` `ymin` `ymax` `zmin` `zmax`, as far as `-dim` goes).
 * A default *required* means that there is none. An option that is misspelt, out of range, of the wrong length, or that
   cannot matter in the scene is answered with one line on standard error and exit status 2, before anything is computed.
-  An option that matters in the scene but not in this run, such as `-pool_cells` on one process or `-report_path` with
-  `-dry_run`, gets a `note`, and the run goes on: the same file serves one process and many.
+  An option that matters in the scene but not in this run, such as `-pool_cells` on one process, gets a `note`.
 * Units are SI here; any consistent set of units works. Intervals: `[` and `]` include the bound, `(` and `)` do not.
 
-`pebble -help` prints these tables. With words behind it, as in `pebble -help wall friction`, it prints only the lines in
-which there are words that begin so (a word of one or two letters has to be there itself); the title of a group counts as a
-part of its lines. The name of an option is found as it is in a scene too (`body_disk1_radius`), and so are [words that
-other programs have](#words-of-other-programs) for an option (`youngs`), or for what there is not (`hourglass`).
-
-PETSc's own options of general use are understood too, e.g. `-log_view`; `pebble -help petsc` lists them, `pebble -version`
-prints the versions.
+`pebble -help` prints these tables, `pebble -help wall friction` only the lines in which, or in the title of whose group,
+there are words that begin so. The name of an option is found as it is in a scene too (`body_disk1_radius`), and so are
+[words of other programs](#words-of-other-programs). PETSc's own options of general use, such as `-log_view`, are listed
+by `pebble -help petsc`; `pebble -version` prints the versions.
 """
 FORMULAS = """\
 ## Formulas
