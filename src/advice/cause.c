@@ -50,7 +50,7 @@ static PetscErrorCode FindNear(Facts *f)
   f->nearest = PETSC_MAX_REAL;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const PetscBool own   = view.id[p] == f->status->id ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool own   = view.id[p] == f->status->id;
     MPMFound        found = {own ? 2 : 1, 16 * view.id[p], {0}, {0}};
 
     if (view.id[p] < f->body->first || view.id[p] >= f->body->first + f->body->n || !IsFinite(dim, view.x + p * dim))

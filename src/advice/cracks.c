@@ -22,7 +22,7 @@ static PetscBool IsCrack(PetscInt dim, const MPMScene *scene, const MPMNeighbour
   const MPMNeighbours *nb = &neighbours[body];
   PetscInt64           ijk[3];
 
-  if (!nb->body) return n > 1 << (dim - 1) ? PETSC_TRUE : PETSC_FALSE;
+  if (!nb->body) return n > 1 << (dim - 1);
   MPMNeighboursPlace(nb, of->key / 16, ijk);
   for (PetscInt c = 0; c < dim; c++) {
     PetscInt run = 1, ends = 0;

@@ -41,7 +41,7 @@ static PetscBool IsSmall(PetscInt dim, const PetscReal F[])
   PetscReal size2 = 0;
 
   for (PetscInt k = 0; k < dim * dim; k++) size2 += PetscSqr(F[k] - (k % (dim + 1) ? 0 : 1));
-  return size2 < 0.08 * 0.08 ? PETSC_TRUE : PETSC_FALSE;
+  return size2 < 0.08 * 0.08;
 }
 
 static PetscReal Measure_turn(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)

@@ -136,7 +136,7 @@ static PetscBool IsThere(const MPMLook *look, int of, PetscInt k)
 
   if (b < 0) return PETSC_TRUE;
   if (of == OF_body && (look->scene->bodies[b].removed || look->scene->bodies[b].source.on)) return PETSC_FALSE;
-  return look->lower[b][0] <= look->upper[b][0] ? PETSC_TRUE : PETSC_FALSE;
+  return look->lower[b][0] <= look->upper[b][0];
 }
 
 /* Described in advice.h. */
@@ -168,7 +168,7 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
     }
   }
   look.g     = PetscSqrtReal(look.g);
-  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     const MPMMaterial *m = &scene->materials[scene->bodies[b].material];
 

@@ -30,9 +30,7 @@ PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscBool IsAtFace(const MPMLook *look, PetscInt k, PetscInt d)
 {
   return look->core->grid.periodic[d] || MPMUnlikelyBeside(look, k, 2 * d) < 0.1 ||
-                 MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1;
 }
 
 PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)

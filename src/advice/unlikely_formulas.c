@@ -99,7 +99,7 @@ PetscBool MPMUnlikelySteady(const MPMLook *look, const MPMFormula *f)
   PetscReal       least;
   const PetscReal most = Most(look, f, 0.01 * look->time->end, 0.99 * look->time->end / TIMES, TIMES + 1, &least);
 
-  return most > 0 && least > (1 - 1e-9) * most ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0 && least > (1 - 1e-9) * most;
 }
 
 PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
@@ -112,7 +112,7 @@ PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
   at = strchr(odd.value, 't');
   while (at && (isalpha((unsigned char)at[1]) || (at > odd.value && isalpha((unsigned char)at[-1]))))
     at = strchr(at + 1, 't');
-  return at || MPMExpressionTables(f.value) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return at || MPMExpressionTables(f.value) > 0;
 }
 
 /* Returns formula k, where it is one of t that was given and the run lasts; writes what was given. */
@@ -169,12 +169,10 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMFormula f    = MPMUnlikelyFormula(look, k);
   const PetscInt   face = k - look->scene->nloads;
   const PetscBool  wall = face >= 0 && face < 2 * look->core->grid.dim &&
-                                 MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
-                                 look->scene->walls.place[face] == 0
-                              ? PETSC_TRUE
-                              : PETSC_FALSE; /* that of a constant velocity has no formula */
-  PetscReal        least;
-  MPMOdd           spin;
+                         MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
+                         look->scene->walls.place[face] == 0; /* that of a constant velocity has no formula */
+  PetscReal least;
+  MPMOdd    spin;
 
   if ((!f.value && !wall) || face < 0 || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
   if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))
@@ -199,7 +197,7 @@ PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMUnlikelyWrite(odd->value, last);
   MPMUnlikelyWrite(odd->other, end);
   odd->ratio = last / end;
-  return end > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return end > 0;
 }
 
 PetscBool MPMUnlikely_formula_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -276,7 +274,7 @@ PetscBool MPMUnlikely_formula_flat(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = change / most;
   MPMUnlikelyWrite(odd->other, end);
-  return most > 0 && change > 1e-12 * most ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0 && change > 1e-12 * most;
 }
 
 /* A formula that grows within the first step alone. */
@@ -335,7 +333,7 @@ static const char *Comparison(const char *at, char *name, PetscBool *less, Petsc
     while (*first == ' ') first++;
     if (*first != '<' && *first != '>') continue;
     *name  = *at;
-    *less  = *first == '<' ? PETSC_TRUE : PETSC_FALSE;
+    *less  = *first == '<';
     *bound = strtod(first + 1 + (first[1] == '='), &end);
     if (end == first + 1 + (first[1] == '=') || !strchr(") ?&|,;", *end)) continue;
     (void)snprintf(words, MPM_WORDS, "%.*s", (int)(end - at), at);
@@ -401,5 +399,5 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (n && all == n) odd->ratio = 1;
   }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }

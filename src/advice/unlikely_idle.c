@@ -31,7 +31,7 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
     (void)snprintf(odd->value, MPM_WORDS, "%.150s", own);
   }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }
 
 /* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
@@ -73,9 +73,7 @@ static PetscReal Reach(const MPMLook *look, PetscInt b)
 static PetscBool IsDriven(const MPMLook *look)
 {
   return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->scene->forced || look->scene->known ||
-                 look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n;
 }
 
 PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -134,9 +132,7 @@ static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const 
       const PetscReal side = face % 2 ? look->upper[k][d] : look->lower[k][d];
 
       near = near && (d == face / 2 ? side < upper[d] + 2 * grid->h[d] && side > lower[d] - 2 * grid->h[d]
-                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d])
-                 ? PETSC_TRUE
-                 : PETSC_FALSE;
+                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d]);
     }
     if (near) return PETSC_TRUE;
   }
@@ -166,9 +162,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     const MPMMaterial *m     = &scene->materials[scene->bodies[b].material];
     const PetscBool    flows = m->type->traits & MPM_FLUID ||
-                                    (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0)
-                                   ? PETSC_TRUE
-                                   : PETSC_FALSE;
+                            (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0);
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt d = face / 2;

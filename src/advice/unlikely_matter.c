@@ -48,9 +48,7 @@ PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   NameOther(&look->scene->materials[k], "rate_factor", odd);
   return OfMaterial(look, k, "_rate_factor", odd, &odd->ratio) &&
-                 OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1;
 }
 
 PetscBool MPMUnlikely_pulls_water(const MPMLook *look, PetscInt k, MPMOdd *odd)

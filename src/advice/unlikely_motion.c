@@ -68,9 +68,7 @@ PetscBool MPMUnlikely_rest_undamped(const MPMLook *look, PetscInt k, MPMOdd *odd
   (void)k;
   odd->ratio = 1;
   return MPMUnlikelyGiven("time_rest", NULL, "", odd) && strtod(odd->value, NULL) > 0 && !MPMDampingIsOn(look->core) &&
-                 !look->core->implicit
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         !look->core->implicit;
 }
 
 PetscBool MPMUnlikely_check_walls(const MPMLook *look, PetscInt k, MPMOdd *odd)

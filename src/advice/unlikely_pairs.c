@@ -13,10 +13,8 @@ static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at
   const MPMGrid   *grid = &look->core->grid;
   const MPMRegion *A = &look->scene->bodies[a].region, *B = &look->scene->bodies[b].region;
   const PetscBool  shapes = !look->scene->bodies[a].points && !look->scene->bodies[b].points &&
-                                   MPMRegionHasDistance(A) && MPMRegionHasDistance(B)
-                                ? PETSC_TRUE
-                                : PETSC_FALSE;
-  PetscReal        least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
+                           MPMRegionHasDistance(A) && MPMRegionHasDistance(B);
+  PetscReal least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal far = TOUCH * grid->h[d];
@@ -35,7 +33,7 @@ static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at
     least = far;
     for (PetscInt d = 0; d < grid->dim; d++) at[d] = x[d];
   }
-  return least < 2 * TOUCH * MPMGridSmallestH(grid) ? PETSC_TRUE : PETSC_FALSE;
+  return least < 2 * TOUCH * MPMGridSmallestH(grid);
 }
 
 /* Body k and a later one that it touches, whose velocities differ there by a part of them, though both are of one piece. */
@@ -82,7 +80,7 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
   if (look->g > 0 || scene->nloads || scene->acceleration || grid->periodic[d]) return PETSC_TRUE;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const MPMWall   type  = MPMUnlikelyWall(look, face);
-    const PetscBool ahead = face == 2 * d + (sign > 0) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool ahead = face == 2 * d + (sign > 0);
 
     if (ahead && MPMWallHas(type, MPM_WALL_NORMAL)) return PETSC_TRUE; /* it may come there */
     if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) && MPMUnlikelyBeside(look, k, face) < NEAR)

@@ -47,7 +47,7 @@ static PetscBool IsAtRest(const MPMLook *look)
 {
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].v2 > 0 || look->scene->bodies[b].source.on) return PETSC_FALSE;
-  return look->scene->forced || look->scene->known || look->core->stages.n > 1 ? PETSC_FALSE : PETSC_TRUE;
+  return !(look->scene->forced || look->scene->known || look->core->stages.n > 1);
 }
 
 /* What touches matter at the start and goes away from it meets nothing either; at a side matter may follow it. */
@@ -216,7 +216,7 @@ PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = spin * size / look->c;
   WriteWave(look, odd);
   MPMUnlikelyWrite(odd->meant, spin * PETSC_PI / 30);
-  return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio < PETSC_MAX_REAL;
 }
 
 PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -354,7 +354,7 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     const MPMMaterial *m   = &look->scene->materials[look->scene->bodies[b].material];
     PetscReal          far = 0;
-    PetscBool may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool          may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0];
 
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscReal out = PetscMax(look->lower[b][d] - p->x[d], p->x[d] - look->upper[b][d]);

@@ -18,7 +18,7 @@ PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd
     if (scene->bodies[b].rigid == MPM_RIGID_MOVING ||
         (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
       return PETSC_FALSE;
-  return MPMWallsHave(&scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : PETSC_TRUE;
+  return !MPMWallsHave(&scene->walls, MPM_WALL_MOVES);
 }
 
 PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -72,9 +72,7 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscReal *g   = look->core->params.gravity;
   const PetscInt   dim = look->core->grid.dim, last = dim - 1, a = look->down;
   const PetscBool  roof = MPMUnlikelyWall(look, 2 * a) != MPM_WALL_free &&
-                                 MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free
-                              ? PETSC_TRUE
-                              : PETSC_FALSE;
+                         MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free;
 
   odd->ratio = 1;
   if (k || !look->earth || dim == 1 || look->core->grid.round || a == last ||
@@ -176,7 +174,7 @@ PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd
   }
   odd->ratio = size2 < 1.02 * look->g * look->g ? dot / (look->g * look->g) : 0;
   (void)snprintf(odd->other, MPM_WORDS, "%.150s", gravity.value);
-  return MPMUnlikelyGiven("acceleration", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("acceleration", NULL, "", odd) && !k;
 }
 
 PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -251,7 +249,7 @@ PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *
         (void)snprintf(odd->meant, MPM_WORDS, "%.*s*pi/180)", (int)(end - v), v);
       }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }
 
 PetscBool MPMUnlikely_grid_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -270,8 +268,7 @@ PetscBool MPMUnlikely_cells_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   (void)k;
   for (PetscInt d = 0; d < grid->dim; d++) odd->ratio = PetscMax(odd->ratio, grid->h[d] / MPMGridSmallestH(grid));
-  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd) ? PETSC_TRUE
-                                                                                                    : PETSC_FALSE;
+  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_dampings(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -279,7 +276,7 @@ PetscBool MPMUnlikely_dampings(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)k;
   odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "-damping_kinetic");
-  return MPMUnlikelyGiven("damping_time", NULL, "", odd) && look->core->damping.kinetic ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("damping_time", NULL, "", odd) && look->core->damping.kinetic;
 }
 
 PetscBool MPMUnlikely_damping_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -316,7 +313,7 @@ static PetscBool IsBraked(const MPMLook *look, PetscInt b)
     return PETSC_FALSE;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     if (d != look->down) across = PetscMax(across, PetscAbsReal(v[d]));
-  return across > PetscAbsReal(v[look->down]) ? PETSC_TRUE : PETSC_FALSE;
+  return across > PetscAbsReal(v[look->down]);
 }
 
 PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -340,5 +337,5 @@ PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *od
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (look->scene->materials[m].type->traits & MPM_PLASTIC)
       (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->materials[m].name);
-  return MPMUnlikelyGiven("check_energy", NULL, "", odd) && odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("check_energy", NULL, "", odd) && odd->other[0];
 }

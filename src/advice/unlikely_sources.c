@@ -15,7 +15,7 @@ static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
       *odd = other;
   MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
   odd->ratio /= MPMUnlikelyEnd(look);
-  return MPMUnlikelyEnd(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyEnd(look) > 0;
 }
 
 PetscBool MPMUnlikely_source_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -53,7 +53,7 @@ PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   (void)snprintf(odd->other, MPM_WORDS, "%.3g m^3", (double)all);
   odd->ratio = room > 0 ? all / room : 0;
-  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0;
 }
 
 /* Follows what flows in first, in free flight; returns the open face through which it leaves the grid before it meets a body or a
@@ -75,7 +75,7 @@ static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *t
 
     for (PetscInt d = 0; d < grid->dim; d++) way[d] = (s->v[d] + 0.5 * look->core->params.gravity[d] * t) * t;
     for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
-      const PetscBool rigid = b >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
+      const PetscBool rigid = b >= scene->nbodies;
       PetscReal       box[2][3];
       PetscBool       meets = PETSC_TRUE;
 
@@ -88,8 +88,7 @@ static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *t
       for (PetscInt d = 0; d < grid->dim; d++) {
         const PetscReal least = rigid ? box[0][d] : look->lower[b][d], most = rigid ? box[1][d] : look->upper[b][d];
 
-        meets = meets && lower[d] + way[d] < most + grid->h[d] && upper[d] + way[d] > least - grid->h[d] ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+        meets = meets && lower[d] + way[d] < most + grid->h[d] && upper[d] + way[d] > least - grid->h[d];
       }
       if (meets) return -1;
     }

@@ -19,7 +19,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, PetscAbsReal(v[d]));
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt  d      = face / 2;
-    const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool axis   = grid->round && !face && grid->lower[0] == 0;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
     PetscBool       away;
 
@@ -32,7 +32,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
         !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d])))
       continue;
     odd->ratio = 1;
-    away       = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size ? PETSC_TRUE : PETSC_FALSE;
+    away       = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size;
     (void)snprintf(odd->other, MPM_WORDS,
                    axis ? "%.60s %s the axis of revolution" : "%.60s %s the wall -bc_%s_type slip",
                    look->scene->bodies[k].name, away ? "away from" : "across", MPMFaceNames[face]);
@@ -124,7 +124,7 @@ PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = most / weight;
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa, rho g H", (double)weight);
-  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0;
 }
 
 PetscBool MPMUnlikely_stress_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -168,9 +168,7 @@ static PetscBool ByHeight(const MPMLook *look, MPMOdd *odd)
       (MPMUnlikely_stress_small(look, 0, &size) && (size.ratio < 5e-3 || size.ratio > 200)))
     return PETSC_FALSE;
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd) &&
-                 strchr(odd->value, "xyz"[look->g > 0 ? look->down : dim - 1])
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         strchr(odd->value, "xyz"[look->g > 0 ? look->down : dim - 1]);
 }
 
 /* The force out of balance by a formula, per volume and on average, over the weight or, if that is larger, what the formula
@@ -216,11 +214,11 @@ static PetscBool IsCovered(const MPMLook *look, const PetscReal x[])
 
   for (PetscInt b = look->scene->nbodies; b < look->scene->nbodies + look->scene->nshapes; b++) {
     PetscReal lower[3], upper[3];
-    PetscBool over = look->scene->bodies[b].rigid != MPM_RIGID_NONE ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool over = look->scene->bodies[b].rigid != MPM_RIGID_NONE;
 
     MPMRegionBounds(&look->scene->bodies[b].region, grid->dim, lower, upper);
     for (PetscInt d = 0; d < grid->dim; d++)
-      over = over && x[d] > lower[d] - grid->h[d] && x[d] < upper[d] + grid->h[d] ? PETSC_TRUE : PETSC_FALSE;
+      over = over && x[d] > lower[d] - grid->h[d] && x[d] < upper[d] + grid->h[d];
     if (over) return PETSC_TRUE;
   }
   return PETSC_FALSE;

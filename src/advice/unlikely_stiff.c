@@ -7,9 +7,7 @@
 static PetscBool IsStiff(const MPMMaterial *m)
 {
   return !(m->type->traits & (MPM_FLUID | MPM_PLASTIC | MPM_LOOSE)) && m->rho > 100 && m->rho < 3e4 &&
-                 MPMUnlikelyModulus(m, PETSC_TRUE) > 1e9
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         MPMUnlikelyModulus(m, PETSC_TRUE) > 1e9;
 }
 
 PetscBool MPMUnlikely_load_stiff(const MPMLook *look, PetscInt k, MPMOdd *odd)

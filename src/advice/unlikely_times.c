@@ -102,7 +102,7 @@ PetscBool MPMUnlikely_end_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
   odd->ratio = look->seconds < MPM_BOUND_year ? look->seconds : 0;
   MPMTimeWords(look->seconds, odd->other);
   MPMUnlikelyWrite(odd->meant, look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1));
-  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit;
 }
 
 PetscBool MPMUnlikely_step_long(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -22,7 +22,7 @@ typedef struct {
 /* Does nothing that it meets change how a body moves? */
 static PetscBool IsGiven(const Thing *t)
 {
-  return t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_TRUE : PETSC_FALSE;
+  return t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING;
 }
 
 /* Returns the time after k parts, s: of a run that is far too long its beginning is looked at too. */
@@ -122,14 +122,12 @@ static PetscReal Before(const MPMLook *look, const Thing *t, PetscInt face, Pets
 static PetscBool Holds(MPMWall type, PetscReal toward)
 {
   return MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ||
-                 (MPMWallHas(type, MPM_WALL_NORMAL) && (toward > 0 || !MPMWallHas(type, MPM_WALL_PUSHES)))
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         (MPMWallHas(type, MPM_WALL_NORMAL) && (toward > 0 || !MPMWallHas(type, MPM_WALL_PUSHES)));
 }
 
 static PetscBool IsNear(MPMWall type, PetscReal gap)
 {
-  return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR) ? PETSC_TRUE : PETSC_FALSE;
+  return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR);
 }
 
 /* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by
@@ -262,9 +260,7 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
 static PetscBool Moves(const MPMLook *look, const MPMBody *b, MPMOdd *odd)
 {
   return MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
-                 (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd))
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd));
 }
 
 PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -290,7 +286,7 @@ static PetscBool IsSlowed(const MPMLook *look, const MPMBody *b)
 
   const PetscReal v = b->v2 > 0 ? 1 : 0, a = v > 0 ? 0 : 1;
 
-  return T > 0 && (v > 0 || look->g > 0) && 2 * Comes(v, a, T, end) < Comes(v, a, 0, end) ? PETSC_TRUE : PETSC_FALSE;
+  return T > 0 && (v > 0 || look->g > 0) && 2 * Comes(v, a, T, end) < Comes(v, a, 0, end);
 }
 
 /* What body k, among all, is alone on its way, though there is something that it may be meant to meet. */
@@ -351,7 +347,7 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
     most     = PetscMax(most, PetscAbsReal(force[d]));
   }
   for (PetscInt d = grid->round ? 1 : 0; d < grid->dim; d++) {
-    PetscBool held = PetscAbsReal(force[d]) > 1e-6 * most ? PETSC_FALSE : PETSC_TRUE;
+    PetscBool held = !(PetscAbsReal(force[d]) > 1e-6 * most);
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  e    = face / 2;

@@ -22,12 +22,12 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
 
   if (!MPMUnlikelyGiven(group, name, word, odd)) return PETSC_FALSE;
   *number = strtod(odd->value, &end);
-  return end != odd->value && !*end ? PETSC_TRUE : PETSC_FALSE;
+  return end != odd->value && !*end;
 }
 
 PetscBool MPMUnlikelyStatic(MPMOdd *odd)
 {
-  return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static") ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static");
 }
 
 PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[9])
@@ -37,8 +37,7 @@ PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, Pets
   if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
       strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
-  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE
-                                                                                                        : PETSC_TRUE;
+  return !MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v);
 }
 
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
@@ -84,7 +83,7 @@ PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscRea
 {
   for (PetscInt d = 0; d < dim; d++, j /= n)
     x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
-  return j ? PETSC_FALSE : PETSC_TRUE;
+  return !j;
 }
 
 PetscReal MPMUnlikelyApart(const MPMLook *look, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
@@ -115,7 +114,7 @@ PetscReal MPMUnlikelyAdvance(const MPMLook *look, MPMExpression velocity, PetscI
 
 PetscBool MPMUnlikelyStarts(const MPMLook *look)
 {
-  return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
+  return !(look->core->step || look->core->stages.now > 1 || look->scene->known);
 }
 
 PetscBool MPMUnlikelyFed(const MPMLook *look, PetscInt k)
@@ -154,8 +153,7 @@ PetscReal MPMUnlikelyCohesion(const MPMMaterial *m)
 
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *m)
 {
-  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE
-                                                                                              : PETSC_FALSE;
+  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho;
 }
 
 PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
@@ -191,7 +189,7 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
   odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k;
 }
 
 PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -201,7 +199,7 @@ PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k;
 }
 
 PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
@@ -211,7 +209,6 @@ PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
 
   for (PetscInt d = 0; d < core->grid.dim; d++) look.g += PetscSqr(core->params.gravity[d]);
   look.g     = PetscSqrtReal(look.g);
-  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
-  return MPMUnlikely_gravity_small_units(&look, 0, &odd) || MPMUnlikely_gravity_mm(&look, 0, &mm) ? PETSC_TRUE
-                                                                                                  : PETSC_FALSE;
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact;
+  return MPMUnlikely_gravity_small_units(&look, 0, &odd) || MPMUnlikely_gravity_mm(&look, 0, &mm);
 }

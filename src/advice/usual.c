@@ -68,22 +68,21 @@ static const struct {
 /* Returns whether a row is of a material. */
 static PetscBool IsOf(int of, const MPMMaterial *m)
 {
-  const PetscBool fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE,
-                  loose = m->type->traits & MPM_LOOSE && !fluid ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool fluid = (m->type->traits & MPM_FLUID) != 0, loose = m->type->traits & MPM_LOOSE && !fluid;
 
   switch (of) {
   case OF_SOIL:
-    return loose && MPMUnlikelyCohesion(m) <= 1e5 ? PETSC_TRUE : PETSC_FALSE;
+    return loose && MPMUnlikelyCohesion(m) <= 1e5;
   case OF_FLUID:
     return fluid;
   case OF_WATER:
-    return fluid && m->rho > 950 && m->rho < 1050 ? PETSC_TRUE : PETSC_FALSE;
+    return fluid && m->rho > 950 && m->rho < 1050;
   case OF_DENSE:
-    return !fluid && !loose && m->rho >= MPM_BOUND_dense ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid && !loose && m->rho >= MPM_BOUND_dense;
   case OF_METAL:
-    return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000 ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000;
   case OF_SOLID:
-    return !fluid ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid;
   default:
     return PETSC_TRUE;
   }

@@ -26,8 +26,8 @@ static void WriteWords(FILE *to, const char words[])
 /* Writes the line of an option: name, default, unit, meaning, allowed values. */
 static void WriteOption(FILE *to, const MPMOptionRow *row)
 {
-  const PetscBool numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool whole   = row->type == MPM_INT || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool numbers = row->type == MPM_REALS || row->type == MPM_INTS;
+  const PetscBool whole   = row->type == MPM_INT || row->type == MPM_INTS;
 
   if (row->type == MPM_LATER) {
     fprintf(to, "  -%s: not built yet (%s)", row->name, row->help);
@@ -93,9 +93,7 @@ static PetscBool IsNameOf(const char row[], const char word[])
   const char  *open = strchr(row, '<'), *tail = open ? open + 3 : "";
   const size_t n = strlen(word), head = open ? (size_t)(open - row) : 0;
 
-  return open && n > head + strlen(tail) && !strncasecmp(row, word, head) && !strcasecmp(word + n - strlen(tail), tail)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  return open && n > head + strlen(tail) && !strncasecmp(row, word, head) && !strcasecmp(word + n - strlen(tail), tail);
 }
 
 /* Returns whether a word is that of another program for an option, or for the end of its name. */
@@ -117,8 +115,7 @@ static PetscBool Has(const MPMVocabulary *table, const Line *line, const char wo
   if (!line->text) return PETSC_FALSE;
   if (TextHas(line->text, strlen(line->text), word) || TextHas(line->title, strcspn(line->title, ":"), word))
     return PETSC_TRUE;
-  return line->row && (IsNameOf(line->row->name, word) || IsAliasOf(table, line->row->name, word)) ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  return line->row && (IsNameOf(line->row->name, word) || IsAliasOf(table, line->row->name, word));
 }
 
 /* Prints the lines that have all n words; returns how many there are. With print false it only counts. */

@@ -110,7 +110,7 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
     if (!strcasecmp(argv[k] + 1, name)) has_name = PETSC_TRUE;
     if (!strcasecmp(argv[k] + 1, by)) has_by = PETSC_TRUE;
   }
-  return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
+  return has_by && !has_name;
 }
 
 /* Described in options.h. */
@@ -141,7 +141,7 @@ PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any)
     PetscCall(PetscOptionsHasName(NULL, NULL, method[k], &given));
     if (given) n++;
   }
-  *all = n == most ? PETSC_TRUE : PETSC_FALSE;
+  *all = n == most;
   if (any) *any = n ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,7 +152,7 @@ static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
   char *end;
 
   *value = strtod(row->fallback, &end);
-  return end != row->fallback && !*end ? PETSC_TRUE : PETSC_FALSE;
+  return end != row->fallback && !*end;
 }
 
 /* Reads one number, of the option or else the default; *known says whether there is one. */
@@ -165,7 +165,7 @@ static PetscErrorCode ReadNumber(MPMOptions o, const char rowname[], const char 
 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  *known = found || DefaultNumber(row, number) ? PETSC_TRUE : PETSC_FALSE;
+  *known = found || DefaultNumber(row, number);
   if (found) *number = MPMOptionsNumber(o, row, full, text, text, whole);
   if (set) *set = found;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -205,7 +205,7 @@ PetscErrorCode MPMOptionsBool(MPMOptions o, const char rowname[], const char nam
 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  *value = !strcmp(row->fallback, "true") ? PETSC_TRUE : PETSC_FALSE;
+  *value = !strcmp(row->fallback, "true");
   if (!found) PetscFunctionReturn(PETSC_SUCCESS);
   *value = PETSC_FALSE;
   for (size_t k = 0; k < sizeof yes / sizeof yes[0]; k++)

@@ -11,7 +11,7 @@ PetscBool MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t n
   for (;; a++, b++) {
     while (a < enda && strchr("-_* ", *a)) a++;
     while (b < endb && strchr("-_* ", *b)) b++;
-    if (a == enda || b == endb) return a == enda && b == endb ? PETSC_TRUE : PETSC_FALSE;
+    if (a == enda || b == endb) return a == enda && b == endb;
     if (tolower((unsigned char)*a) != tolower((unsigned char)*b)) return PETSC_FALSE;
   }
 }

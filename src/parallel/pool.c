@@ -94,7 +94,7 @@ static void Arrays(const MPMView *view, void *at[])
    worker. */
 static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt part, PetscInt place)
 {
-  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES;
   const PetscInt    nv       = MPM_MOTION_NC(core->grid.dim);
   const PoolPatch  *c        = &pool->patches[part];
   const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_JOBS_PER_WORKER);

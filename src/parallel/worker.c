@@ -106,7 +106,7 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
 {
   MPMPatch           *patch     = &memory->patch;
   const MPMParticles *particles = &core->particles;
-  const PetscBool     to_nodes  = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     to_nodes  = phase->kind == MPM_PARTICLES_TO_NODES;
   const PetscInt      fields = phase->particles_in | phase->particles_out, n = job->n, dim = core->grid.dim;
 
   PetscFunctionBeginUser;

@@ -192,12 +192,12 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
   PetscInt       spare, unused = particles->places - n;
-  PetscBool      moves, first  = particles->places ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool      moves, first  = !particles->places;
 
   PetscFunctionBeginUser;
   PetscCall(Arrivals(particles, n, &spare));
   spare += MPM_SWARM_BUFFER;
-  moves = unused < 2 * spare || unused > 4 * spare + n / 4 ? PETSC_TRUE : PETSC_FALSE; /* to new memory */
+  moves = unused < 2 * spare || unused > 4 * spare + n / 4; /* to new memory */
   if (moves) {
     if (unused > 4 * spare) PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, 0)); /* else it might keep too few */
     unused            = 4 * spare;

@@ -133,13 +133,13 @@ typedef struct {
    walls the stencil of a spline stays on the grid. On a periodic axis node -1 is node cells-1. */
 MPM_INLINE MPMBases MPMBasisBasesOf(MPMBasis basis, PetscInt cells, PetscBool periodic, MPMWallBasis wall)
 {
-  const PetscBool hats   = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool hats   = basis == MPM_BASIS_linear;
+  const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE;
 
   return (MPMBases){.least = walled ? 0 : PETSC_MIN_REAL,
                     .most  = hats || walled ? cells + 1 - MPMBasisNodes(basis) : PETSC_MAX_REAL,
                     .round = cells,
-                    .wraps = periodic && !hats ? PETSC_TRUE : PETSC_FALSE};
+                    .wraps = periodic && !hats};
 }
 
 /* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). Where a base is

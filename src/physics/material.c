@@ -66,10 +66,10 @@ void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b
 
 PetscBool MPMMaterialKeepsShape(const MPMMaterial *m)
 {
-  return m->type->traits & MPM_LOOSE ? PETSC_FALSE : PETSC_TRUE;
+  return !(m->type->traits & MPM_LOOSE);
 }
 
 PetscBool MPMMaterialKnowsFlow(const MPMMaterial *m)
 {
-  return m->type->traits & MPM_PLASTIC && m->state & MPM_BIT(ep) ? PETSC_TRUE : PETSC_FALSE;
+  return m->type->traits & MPM_PLASTIC && m->state & MPM_BIT(ep);
 }

@@ -29,14 +29,14 @@ static PetscBool Inside_box(const MPMRegion *r, PetscInt dim, const PetscReal x[
 
 static PetscBool Inside_sphere(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Distance2(r, dim, x) < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return Distance2(r, dim, x) < r->radius * r->radius;
 }
 
 static PetscBool Inside_annulus(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   const PetscReal s = Distance2(r, dim, x);
 
-  return r->inner_radius * r->inner_radius <= s && s < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return r->inner_radius * r->inner_radius <= s && s < r->radius * r->radius;
 }
 
 /* The squared distance from the axis is a sum of squares, which keeps its digits far from the centre. */
@@ -51,12 +51,12 @@ static PetscBool Inside_cylinder(const MPMRegion *r, PetscInt dim, const PetscRe
 
     q += away * away;
   }
-  return q < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return q < r->radius * r->radius;
 }
 
 static PetscBool Inside_halfspace(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Inside_box(r, dim, x) && Along(r, dim, x) < 0 ? PETSC_TRUE : PETSC_FALSE;
+  return Inside_box(r, dim, x) && Along(r, dim, x) < 0;
 }
 
 static PetscBool Inside_polygon(const MPMRegion *r, PetscInt dim, const PetscReal x[])
@@ -69,7 +69,7 @@ static PetscBool Inside_polygon(const MPMRegion *r, PetscInt dim, const PetscRea
 /* A value that is not a number is not positive. */
 static PetscBool Inside_expression(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Inside_box(r, dim, x) && r->formula(r->context, dim, x) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return Inside_box(r, dim, x) && r->formula(r->context, dim, x) > 0;
 }
 
 static PetscBool Inside_stl(const MPMRegion *r, PetscInt dim, const PetscReal x[])
@@ -109,8 +109,7 @@ static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x
 #undef MPM_REGION
   };
 
-  if (r->sweep > 0)
-    return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep ? PETSC_TRUE : PETSC_FALSE;
+  if (r->sweep > 0) return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep;
   return inside[r->type](r, dim, x);
 }
 
@@ -131,15 +130,14 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
 #undef MPM_REGION
   };
 
-  return solids[r->type] && !(r->sweep > 0) ? PETSC_TRUE : PETSC_FALSE;
+  return solids[r->type] && !(r->sweep > 0);
 }
 
 /* Computes the box around the shape without regard to others; of a swept one it may be larger. */
 static void BoundsAlone(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
 {
-  const PetscBool cylinder = r->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool centered = cylinder || r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+  const PetscBool cylinder = r->type == MPM_REGION_cylinder;
+  const PetscBool centered = cylinder || r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus;
 
   for (PetscInt d = 0; d < dim; d++) {
     PetscReal half = r->radius;

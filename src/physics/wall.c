@@ -231,7 +231,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
 
 PetscBool MPMWallWaits(MPMWall type)
 {
-  return MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston;
 }
 
 /* The nodes beside a plane are those of a stencil there; of gimp, those of a domain that begins at it. */

@@ -241,7 +241,7 @@ PetscErrorCode MPMCheckpointStep(MPMCheckpoint *c, PetscBool ends)
   const PetscInt  asked = ends ? MPM_ASKED_NOTHING : (PetscInt)core->status.asked;
   PetscLogDouble  now;
   PetscMPIInt     rank;
-  const PetscBool due = c->every > 0 && core->t >= c->next ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool due = c->every > 0 && core->t >= c->next;
 
   PetscFunctionBeginUser;
   if (c->off) PetscFunctionReturn(PETSC_SUCCESS);
@@ -307,7 +307,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "checkpoint_every", NULL, &c->every, &every));
   PetscCall(MPMOptionsReal(o, "checkpoint_wall", NULL, &c->wall, &wall));
   PetscCall(MPMOptionsInt(o, "checkpoint_keep", NULL, &c->keep, NULL));
-  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
+  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0);
   c->next   = MPMNextTime(0, c->every);
   PetscCall(PetscTime(&c->written));
 #if !defined(PETSC_HAVE_HDF5)

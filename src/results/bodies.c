@@ -57,7 +57,7 @@ static PetscBool Heats(const MPMScene *scene, PetscInt body)
 {
   const MPMMaterial *m = &scene->materials[scene->bodies[body].material];
 
-  if (m->type->traits & MPM_FLUID) return m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (m->type->traits & MPM_FLUID) return m->viscosity > 0;
   return m->type->law->update[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 

@@ -433,18 +433,16 @@ PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields)
 {
   const MPMDiagnostic *d = &MPMDiagnostics[row];
 
-  return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields) ? PETSC_TRUE : PETSC_FALSE;
+  return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields);
 }
 
 PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 {
   const PetscInt uses = MPMDiagnostics[row].uses;
 
-  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
-                 (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
-                 (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n)
-             ? PETSC_FALSE
-             : PETSC_TRUE;
+  return !((uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
+           (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
+           (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
+           (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
+           (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n));
 }

@@ -39,7 +39,7 @@ static const struct {
 /* Returns whether a face of the grid has a wall. */
 static PetscBool IsWall(const MPMScene *scene, PetscInt face)
 {
-  return MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_OPEN) ? PETSC_FALSE : PETSC_TRUE;
+  return !MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_OPEN);
 }
 
 /* Reads -history_walls and adds the columns. */

@@ -19,10 +19,10 @@ static PetscBool Shows(PetscInt dim, PetscInt row, PetscInt c)
 
   if (MPMDiagnostics[row].nc < 9) {
     n = MPMDiagnosticAxes(row, dim, &first);
-    return c >= first && c < first + n ? PETSC_TRUE : PETSC_FALSE;
+    return c >= first && c < first + n;
   }
-  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
-  return d < dim && e < dim ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim);
+  return d < dim && e < dim;
 }
 
 /* Sets the name of component c of a field, which its row lists. */

@@ -94,7 +94,7 @@ static PetscErrorCode Quantile(PetscInt n, PetscReal value[], PetscReal weight[]
     sum = half;
     PetscCall(MPMSumReduce(&sum, 1, comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 2, MPIU_REAL, MPIU_MAX, comm));
-    lower = MPMSumValue(&sum) >= share * all ? PETSC_TRUE : PETSC_FALSE;
+    lower = MPMSumValue(&sum) >= share * all;
     for (PetscInt k = 0; k < n; k++)
       if ((value[k] > middle) != lower) {
         value[kept]    = value[k];

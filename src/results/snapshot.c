@@ -39,7 +39,7 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
     asked |= MPMMaterialAsked(&scene->materials[k]);
   }
   PetscCall(MPMOptionsString(o, "output_fields", NULL, text, set));
-  all         = !*set || !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
+  all         = !*set || !strcmp(text, "all");
   out->fields = all ? MPM_OUTPUT_GRID : 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
     if (MPMDiagnosticIsField(f, has) &&
@@ -71,11 +71,11 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
   out->every = time_end / 20;
   PetscCall(MPMOptionsString(o, "output_dir", NULL, out->dir, NULL));
   PetscCall(MPMOptionsBool(o, "output_replace", NULL, &replace));
-  out->keep = replace ? PETSC_FALSE : PETSC_TRUE;
+  out->keep = !replace;
   PetscCall(MPMOptionsEnum(o, "output_format", NULL, format, NULL));
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
+  out->enabled = !strcmp(format, "hdf5");
 #if !defined(PETSC_HAVE_HDF5)
   if (out->enabled)
     MPMOptionsFail(o, "-output_format hdf5, the default, needs a PETSc with HDF5, and this one has none; choose none");

@@ -279,8 +279,7 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 /* Returns whether particles start in other cells than undeformed ones at their lattice places. */
 static PetscBool StartsMoved(const MPMScene *scene, const MPMCore *core)
 {
-  return (MPMKnownStarts(scene) && !core->grid.total) || (scene->initial && core->needs.stretched) ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  return (MPMKnownStarts(scene) && !core->grid.total) || (scene->initial && core->needs.stretched);
 }
 
 /* Makes a list of the base nodes (from 0, layers included) along the last axis of the undeformed places of a body's

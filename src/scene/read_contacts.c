@@ -50,7 +50,7 @@ static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "contact_<c>_bodies", name, text, NULL));
-  for (PetscInt b = 0; b < scene->nbodies; b++) in[b] = !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) in[b] = !strcmp(text, "all");
   for (char *w = strcmp(text, "all") ? strtok_r(text, ", ", &save) : NULL; w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt b = 0;
 

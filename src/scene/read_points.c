@@ -18,7 +18,7 @@ static PetscBool HasValues(const char line[])
 {
   const char first = line[strspn(line, SEPARATORS)];
 
-  return first && first != '#' ? PETSC_TRUE : PETSC_FALSE;
+  return first && first != '#';
 }
 
 /* Says in why [len] what keeps a line of n bytes from being read as text, if anything does. */

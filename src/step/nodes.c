@@ -20,7 +20,7 @@ MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, Pe
   ijk[0] = r->ijk[0] + i;
   ijk[1] = r->ijk[1];
   ijk[2] = r->ijk[2];
-  return walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE; /* those of other copies too */
+  return walled || ijk[0] < lo || ijk[0] >= hi; /* those of other copies too */
 }
 
 /* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a

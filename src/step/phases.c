@@ -149,7 +149,7 @@ static PetscBool HasGravity(const MPMCore *core)
 {
   const PetscReal *g = core->params.gravity;
 
-  return g[0] != 0 || g[1] != 0 || g[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  return g[0] != 0 || g[1] != 0 || g[2] != 0;
 }
 
 /* Leaves out of a phase of the relaxation of volumes what only sand needs, if no sand relaxes. The last numbers of a
@@ -262,9 +262,7 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
                       : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
                                                                            : MPM_MEAN_PARTICLES;
   core->energy.maps = core->energy.on && !core->grid.total && !core->implicit &&
-                              (method->scheme->keeps_increment || method->scheme->direct)
-                          ? PETSC_TRUE
-                          : PETSC_FALSE;
+                      (method->scheme->keeps_increment || method->scheme->direct);
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;

@@ -170,7 +170,7 @@ static PetscBool FindRun(const struct MPMStatic *s, const PetscInt ijk[], PetscI
   }
   for (PetscInt e = 0; e < grid->dim; e++) h *= grid->h[e];
   run->stiffness = s->ghost * E * h / PetscSqr(grid->h[d]) * Around(s, ijk, d);
-  return any && run->own ? PETSC_TRUE : PETSC_FALSE;
+  return any && run->own;
 }
 
 /* Adds a run to the matrix of the springs. */

@@ -160,8 +160,7 @@ NODE_KERNEL(StartAgain, StartRow, 1)
 
 PetscBool MPMTotalKicks(const MPMPhase *phase)
 {
-  return phase->kind == MPM_NODES && (phase->nodes == MPMNodesKick || phase->nodes == MPMNodesKickAgain) ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+  return phase->kind == MPM_NODES && (phase->nodes == MPMNodesKick || phase->nodes == MPMNodesKickAgain);
 }
 
 PetscErrorCode MPMTotalKeep(MPMCore *core)
