@@ -290,7 +290,9 @@ def follow(name, edits, files, functions, rows=1):
         if isinstance(text, tuple):
             new = [line.replace(*text) if k in places else line for k, line in enumerate(old)]
         else:
-            new = old[:places[0]] + text.splitlines(True) + old[places[0]:] if before else old + text.splitlines(True)
+            end = next((k for k, line in enumerate(old) if line.startswith("#undef") and path.endswith(".def")), len(old))  # of the rows of a table
+            at = places[0] if before else end
+            new = old[:at] + text.splitlines(True) + old[at:]
         check.write(path, "".join(new))
         lines.setdefault(path, []).extend(line[2:] for line in difflib.ndiff(old, new) if line[0] == "+")
     made = sum(len(re.findall(r"^(?:static|MPM_INLINE) [^;=]*\)$", "".join(added), re.M))

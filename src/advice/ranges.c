@@ -91,7 +91,6 @@ static const struct {
 #define MPM_RANGE(law, measure, share, warn, stop, remedy)                                                             \
   {#law, Measure_##measure, share, warn, stop, MPM_TOLD_##measure, remedy},
 #include "physics/range.def"
-#undef MPM_RANGE
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 _Static_assert(sizeof rows / sizeof rows[0] <= MPM_MAX_RANGES, "MPM_MAX_RANGES is too small");

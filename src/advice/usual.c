@@ -27,7 +27,6 @@ static const struct {
 #define MPM_USUAL(option, of, scale, below, above, from, to, units, source)                                            \
   {option, OF_##of, SCALE_##scale, below, above, from, to, UNITS_##units},
 #include "advice/usual.def"
-#undef MPM_USUAL
 };
 
 /* The words for the values of each kind of material, and the unit of each kind of number. */

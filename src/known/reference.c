@@ -408,7 +408,6 @@ static Motion Rest(PetscInt dim)
   MPM_REFERENCE_PART(name, acceleration, b, d->dim)                                                                    \
   MPM_REFERENCE_PART(name, deformation, F, d->dim * d->dim)
 #include "known/reference.def"
-#undef MPM_REFERENCE
 
 const MPMReference MPMReferences[] = {
 #define MPM_REFERENCE(name, manufactured, parameters, what)                                                            \
@@ -422,7 +421,6 @@ const MPMReference MPMReferences[] = {
    manufactured ? name##_acceleration : NULL,                                                                          \
    name##_deformation},
 #include "known/reference.def"
-#undef MPM_REFERENCE
     {NULL, NULL, PETSC_FALSE, NULL, NULL, NULL, NULL, NULL, NULL}};
 
 /* Returns the row of this name, or NULL if there is none. */

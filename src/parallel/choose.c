@@ -4,18 +4,15 @@
 
 #define MPM_EXCHANGE(name, chosen) extern const MPMExchangeType MPMExchange_##name;
 #include "parallel/exchange.def"
-#undef MPM_EXCHANGE
 
 const MPMExchangeType *const MPMExchangeTypes[] = {
 #define MPM_EXCHANGE(name, chosen) &MPMExchange_##name,
 #include "parallel/exchange.def"
-#undef MPM_EXCHANGE
     NULL};
 
 static const char *const balances[] = {
 #define MPM_BALANCE(name, what) #name,
 #include "parallel/balance.def"
-#undef MPM_BALANCE
 };
 
 /* Chooses how the step is run. One process runs it serially whatever the strategy; only if a face is periodic does it

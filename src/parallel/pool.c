@@ -87,7 +87,6 @@ static void Arrays(const MPMView *view, void *at[])
 {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
 #include "physics/fields.def"
-#undef MPM_FIELD
 }
 
 /* Sends the job for a patch to a worker, and posts the receive of its answer. place: of the slot, which says the

@@ -151,7 +151,6 @@ MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, const MPMBases *all, MPMReal l,
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l);
 #include "physics/basis.def"
-#undef MPM_BASIS
   if (MPMBasisIsSpline(basis)) base = MPMMax(MPMAll(all->least), base); /* an operand in memory can only be the first */
   if (basis != MPM_BASIS_gimp) base = MPMMin(MPMAll(all->most), base);
   if (all->wraps) {
@@ -169,7 +168,6 @@ MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal ba
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, l, base, w, g);
 #include "physics/basis.def"
-#undef MPM_BASIS
 }
 
 #if MPM_WIDTH == 1 /* for one particle, with the base as an integer */

@@ -3,13 +3,11 @@
 
 #define MPM_MATERIAL(name, traits, parameters, state, what) extern const MPMMaterialLaw MPMMaterialLaw_##name;
 #include "physics/material.def"
-#undef MPM_MATERIAL
 
 const MPMMaterialType MPMMaterialTypes[] = {
 #define MPM_MATERIAL(name, traits, parameters, state, what)                                                            \
   {#name, parameters, state, what, traits, &MPMMaterialLaw_##name},
 #include "physics/material.def"
-#undef MPM_MATERIAL
     {NULL, NULL, NULL, NULL, 0, NULL}};
 
 const char *MPMMaterialSetUp(MPMMaterial *m)

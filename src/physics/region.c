@@ -90,12 +90,10 @@ static PetscBool Inside_file(const MPMRegion *r, PetscInt dim, const PetscReal x
 const char *const MPMRegionNames[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
-#undef MPM_REGION
 };
 const char *const MPMRegionParameters[] = {
 #define MPM_REGION(name, solid, parameters, what) parameters,
 #include "physics/region.def"
-#undef MPM_REGION
 };
 
 /* Returns whether x [dim] in m is inside the shape, without regard to others. */
@@ -106,7 +104,6 @@ static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
 #define MPM_REGION(name, solid, parameters, what) Inside_##name,
 #include "physics/region.def"
-#undef MPM_REGION
   };
 
   if (r->sweep > 0) return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep;
@@ -127,7 +124,6 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
   static const PetscBool solids[] = {
 #define MPM_REGION(name, solid, parameters, what) solid,
 #include "physics/region.def"
-#undef MPM_REGION
   };
 
   return solids[r->type] && !(r->sweep > 0);

@@ -8,7 +8,6 @@
 typedef enum {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##name,
 #include "physics/wall.def"
-#undef MPM_WALL
   MPM_NUM_WALLS
 } MPMWall;
 

@@ -12,7 +12,6 @@ static const struct {
 } changes[] = {
 #define MPM_CHANGE(option, acts) {option, acts},
 #include "restart/changes.def"
-#undef MPM_CHANGE
 };
 
 static Acts ActsOf(const char row[])

@@ -12,39 +12,18 @@ static const struct {
   How         how;
   PetscInt    of, nc, asked;
 } rows[] = {
-#define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) {#name, unit, how, MPM_SHOWS_##of, nc, asked},
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 
 enum { /* the components of the quantities of particles */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) NC_##name = nc,
-#define MPM_RUN_QUANTITY(name, unit, whole)
-#define MPM_ENERGY_QUANTITY(name, uses)
-#define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_ASKED_QUANTITY(name, uses, whole)
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
 };
-#define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                              \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 
 /* Returns how many columns a row has, of its components first .. first+n-1. */
 static PetscInt Columns(PetscInt row, const MPMCore *core, PetscInt *first)

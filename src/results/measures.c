@@ -27,12 +27,7 @@ static const struct {
   PetscReal (*value)(const MPMCore *, MPMSum sum[4], PetscInt c);
 } quantities[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc) {#name, unit, nc, Wall_##name},
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 };
 #define NQUANTITIES (sizeof quantities / sizeof quantities[0])
 

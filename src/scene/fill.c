@@ -354,7 +354,6 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
     for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
       view->name[p * MPMComponents_##name((int)dim) + k] = start;
 #include "physics/fields.def"
-#undef MPM_FIELD
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));

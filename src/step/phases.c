@@ -84,18 +84,15 @@ _Static_assert(MPM_TIMER_PHASES + NUM_PHASES <= MPM_MAX_TIMERS, "every phase may
   static const int name##_phases[] = {__VA_ARGS__, -1};                                                                \
   _Static_assert(sizeof name##_phases / sizeof name##_phases[0] <= MPM_MAX_SCHEME, "a scheme's program has room");
 #include "step/scheme.def"
-#undef MPM_SCHEME
 
 const MPMScheme MPMSchemes[] = {
 #define MPM_SCHEME(name, keeps_increment, direct, what, ...) {#name, what, keeps_increment, direct, name##_phases},
 #include "step/scheme.def"
-#undef MPM_SCHEME
     {NULL, NULL, PETSC_FALSE, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
 #define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) {#name, what, flip, parts, rounds, bounds},
 #include "step/transfer.def"
-#undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
 const MPMScheme MPMSchemeTotal      = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL},
