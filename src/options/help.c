@@ -34,7 +34,7 @@ static void WriteOption(FILE *to, const MPMOptionRow *row)
     return;
   }
   fprintf(to, "  -%s <%s>%s%s: %s", row->name, row->fallback, row->unit[0] ? " " : "", row->unit, row->help);
-  if (row->type == MPM_ENUM) fprintf(to, " (%.*s)", (int)strcspn(row->allowed, " "), row->allowed);
+  if (row->type == MPM_ENUM) fprintf(to, " (%s)", row->allowed);
   if (row->type == MPM_BOOL) fprintf(to, " (true|false)");
   if (row->type == MPM_TEXT && row->allowed[0]) WriteWords(to, row->allowed);
   if (row->allowed[0] && row->type != MPM_ENUM && row->type != MPM_TEXT)
@@ -182,15 +182,14 @@ PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscB
         "  pebble -help words lists all such words, pebble -help petsc also PETSc's own options\n"
         "  pebble -version; -log_view times events and counts messages, -dm_view prints the DMs of grid and particles\n"
         "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
-  for (int w = 0; w < n; w++)
-    (void)snprintf(joined + strlen(joined), sizeof joined - strlen(joined), "%s%.100s", w ? "_" : "", words[w]);
+  for (int w = 0; w < n; w++) MPMAppend(joined, sizeof joined, "%s%.100s", w ? "_" : "", words[w]);
   if (!strcasecmp(joined, "words"))
     return MPMOptionsPrintWords(table, NULL, PETSC_FALSE, print) ? PETSC_TRUE : PETSC_FALSE;
   found = PrintLines(table, n, words, print);
   if (n) found += MPMOptionsPrintWords(table, joined, found ? PETSC_TRUE : PETSC_FALSE, print);
   if (found) return PETSC_TRUE;
   for (int w = 0; w < n; w++) {
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), " %.100s", words[w]);
+    MPMAppend(list, sizeof list, " %.100s", words[w]);
     if (PrintLines(table, 1, words + w, PETSC_FALSE)) continue;
     each = 0;
     if (!instead) instead = MPMOptionsForeign(table, words[w]);
