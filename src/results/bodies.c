@@ -57,8 +57,7 @@ static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, const MP
   PetscCall(MPMOptionsString(o, "history_bodies", NULL, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(all, &asked));
-  for (PetscInt b = 0; b < all; b++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", NameOf(scene, core, b));
+  for (PetscInt b = 0; b < all; b++) MPMAppend(list, sizeof list, "%s%s", b ? "," : "", NameOf(scene, core, b));
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscBool any = PETSC_FALSE;
 
@@ -93,7 +92,7 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions
   PetscCall(MPMOptionsString(o, "history_body_quantities", NULL, text, &set));
   for (PetscInt k = 0; k < NROWS; k++) {
     if (!rows[k].asked && !set) m->quantities |= (PetscInt)1 << k;
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
+    MPMAppend(list, sizeof list, "%s%s", k ? "," : "", rows[k].name);
   }
   if (set && !m->nbodies)
     MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body with particles");
@@ -210,27 +209,19 @@ static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *s
                    (PetscBool)(how == MEAN || how == BACK || how == FRONT), &s));
   switch (how) {
   case LEAST:
-    PetscCall(Extreme(&s, core, shown, &view, of, 1, 1, out));
-    break;
   case MOST:
-    PetscCall(Extreme(&s, core, shown, &view, of, -1, 1, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, how == MOST ? -1 : 1, 1, out));
     break;
   case BACK:
-    PetscCall(Extreme(&s, core, shown, &view, of, -1, AHEAD, out));
-    break;
   case FRONT:
-    PetscCall(Extreme(&s, core, shown, &view, of, 1, AHEAD, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, how == BACK ? -1 : 1, AHEAD, out));
     break;
   case SUM:
-    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    break;
   case NUMBER:
-    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    out[0] = all;
-    break;
   case MEAN:
     PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    for (PetscInt c = 0; c < 3; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
+    if (how == NUMBER) out[0] = all;
+    for (PetscInt c = 0; c < 3 && how == MEAN; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
     break;
   case LOST:
     lost = core->energy.heat[b];
