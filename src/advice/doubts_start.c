@@ -202,7 +202,7 @@ static PetscErrorCode WarnOnWalls(const MPMCore *core, const MPMScene *scene)
       const PetscReal at  = b->offset[d] + (lie ? 0.5 * b->b[d] : 0);
 
       any = any || lie;
-      (void)snprintf(offset + strlen(offset), sizeof offset - strlen(offset), "%s%.10g", d ? "," : "", (double)at);
+      MPMAppend(offset, sizeof offset, "%s%.10g", d ? "," : "", (double)at);
     }
     if (any)
       PetscCall(MPMWarn(

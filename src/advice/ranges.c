@@ -155,8 +155,8 @@ void MPMRangesTell(const MPMScene *scene, PetscInt dim, PetscInt row, const MPMF
   MPMPlaceWords(dim, most->x, place);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), rows[row].told, (double)most->value);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), " (up to %g is right)", (double)rows[row].warn);
+  MPMAppend(text, MPM_TEXT_LEN, rows[row].told, (double)most->value);
+  MPMAppend(text, MPM_TEXT_LEN, " (up to %g is right)", (double)rows[row].warn);
 }
 
 void MPMRangesCure(const MPMScene *scene, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])

@@ -124,12 +124,11 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (pull < 0) return PETSC_FALSE;
     odd->ratio = PetscMax(odd->ratio, pull);
   }
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   (void)snprintf(odd->meant, MPM_WORDS, "%s",
                  bore                            ? "into its bore, as suction does"
                  : m->type->traits & MPM_PLASTIC ? "outward, which bears hardly any tension"
                                                  : "outward, against its weight");
-  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+  return odd->ratio > 0 && MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
 /* The strain by a load, in bending where the body is slender: 6 F L/(E H^2) at most, of a force over its longest side. */
@@ -215,7 +214,7 @@ PetscBool MPMUnlikely_load_gone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = last > 1e-12 * size ? last / size : 0;
   MPMUnlikelyWrite(odd->other, end);
-  return size > 0 && swings < 0.1 * size ? MPMUnlikelyGiven("load", scene->loads[k].name, "_value", odd) : PETSC_FALSE;
+  return size > 0 && swings < 0.1 * size && MPMUnlikelyGiven("load", scene->loads[k].name, "_value", odd);
 }
 
 /* Do all particles on which a load on the volume acts lie within two cells of a fixed wall, of a body that is longer? */
@@ -244,8 +243,6 @@ PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
 
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   (void)snprintf(odd->meant, MPM_WORDS, MPMLoadIsOnVolume(load) ? "place" : "side");
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     const MPMWall type = MPMUnlikelyWall(look, face);
@@ -298,7 +295,6 @@ PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
         slope = -up * (p[n] - p[n - 1]) / step;
       }
   }
-  odd->ratio = 1;
   if (most < 0 && slope < -500 && slope > -3e4) {
     (void)snprintf(odd->other, MPM_WORDS, "it is negative, and pulls %s", look->scene->bodies[b].name);
     (void)snprintf(odd->meant, MPM_WORDS, "a pressure that presses is positive");
@@ -318,8 +314,6 @@ PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad *load = &look->scene->loads[k];
 
   if (load->type != MPM_LOAD_TRACTION || MPMUnlikelyGiven("load", load->name, "_face", odd)) return PETSC_FALSE;
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
   return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ");
 }
@@ -339,7 +333,6 @@ PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
       same += one == two && (!one || !strcasecmp(a.value, b.value));
     }
     if (same < sizeof options / sizeof options[0]) continue;
-    odd->ratio = 1;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->loads[l].name);
     (void)snprintf(odd->meant, MPM_WORDS, "%s", look->scene->loads[k].name);
     return PETSC_TRUE;
@@ -352,9 +345,8 @@ PetscBool MPMUnlikely_where_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad *load = &look->scene->loads[k];
   const MPMBody *b    = &look->scene->bodies[load->body];
 
-  odd->ratio = load->where && load->n == b->n ? 1 : 0;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
-  return MPMLoadIsOnVolume(load) ? MPMUnlikelyGiven("load", load->name, "_where", odd) : PETSC_FALSE;
+  return MPMLoadIsOnVolume(load) && load->where && load->n == b->n &&
+         MPMUnlikelyGiven("load", load->name, "_where", odd);
 }
 
 PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)

@@ -41,6 +41,5 @@ PetscBool MPMUnlikely_speed_stiff(const MPMLook *look, PetscInt k, MPMOdd *odd)
     odd->ratio = PetscMax(odd->ratio, PetscSqrtReal(far2));
   }
   odd->ratio /= PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_TRUE) / m->rho);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   return PETSC_TRUE;
 }

@@ -25,6 +25,14 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
   return end != odd->value && !*end;
 }
 
+PetscBool MPMUnlikelyOver(const char option[], PetscReal measure, MPMOdd *odd)
+{
+  if (!(measure > 0) || !MPMUnlikelyNumber(option, NULL, "", odd, &odd->ratio)) return PETSC_FALSE;
+  odd->ratio /= measure;
+  MPMUnlikelyWrite(odd->other, measure);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikelyStatic(MPMOdd *odd)
 {
   return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static");
@@ -90,6 +98,16 @@ PetscReal MPMUnlikelyApart(const MPMLook *look, PetscInt d, const PetscReal lowe
                            const PetscReal lower_b[], const PetscReal upper_b[])
 {
   return PetscMax(lower_a[d] - upper_b[d], lower_b[d] - upper_a[d]) / look->core->grid.h[d];
+}
+
+PetscReal MPMUnlikelyGap(const MPMLook *look, const PetscReal lower_a[], const PetscReal upper_a[],
+                         const PetscReal lower_b[], const PetscReal upper_b[])
+{
+  PetscReal gap = PETSC_MIN_REAL;
+
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    gap = PetscMax(gap, MPMUnlikelyApart(look, d, lower_a, upper_a, lower_b, upper_b));
+  return gap;
 }
 
 PetscReal MPMUnlikelyAdvance(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant,
@@ -173,7 +191,7 @@ PetscReal MPMUnlikelyEnd(const MPMLook *look)
 }
 
 /* Of gravity in a wrong unit what is measured by rho g H says nothing. */
-PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal foot = 0.3048, inch = 0.0254,
                   part = look->g > 5000                     ? look->g / 1000
@@ -186,20 +204,18 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
   if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
-  odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   if (!look->earth || !MPMUnlikelyTonnes(&look->scene->materials[0])) return PETSC_FALSE;
-  odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
 PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)

@@ -169,8 +169,7 @@ static PetscErrorCode Tell(const MPMLook *look, size_t r, PetscInt k, const char
     const PetscReal other = meant[j].units == rows[r].units ? Convert(look, k, j, value) : -1;
 
     if (!(other / scale >= rows[r].from && other / scale <= rows[r].to)) continue;
-    (void)snprintf(line + strlen(line), sizeof line - strlen(line), "; if %s, write %.3g", meant[j].name,
-                   (double)other);
+    MPMAppend(line, sizeof line, "; if %s, write %.3g", meant[j].name, (double)other);
     break;
   }
   PetscCall(MPMNote(&look->core->print, "%s", line));

@@ -223,8 +223,7 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   if (!(most.value > MPM_BOUND_restless)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, most.x, place);
   rigid = RigidBeside(core, most.x, PETSC_FALSE);
-  if (rigid)
-    (void)snprintf(place + strlen(place), sizeof place - strlen(place), ", beside the rigid body %s,", rigid->name);
+  if (rigid) MPMAppend(place, sizeof place, ", beside the rigid body %s,", rigid->name);
   PetscCall(MPMWarn(
       &core->print,
       "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It "
