@@ -1,6 +1,5 @@
 /* names.c - which names of options are legal: those of the vocabulary, with the names that the scene declares; and
    which legal name is closest to one that is not. */
-#include <ctype.h>
 #include <strings.h>
 #include "options/reader.h"
 

@@ -1,7 +1,6 @@
 /* words.c - words of other programs: for options of this one, and for what it has not or calls otherwise (run/words.def). Nothing
    here may call PETSc, which may not have started. */
 #include <ctype.h>
-#include <strings.h>
 #include "options/reader.h"
 
 PetscBool MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t nb)

@@ -3,7 +3,6 @@
 #include <strings.h>
 #include "base/checksum.h"
 #include "restart/restart.h"
-#include "step/step.h"
 
 typedef enum { MPM_ACTS_NOT, MPM_ACTS_RUN, MPM_ACTS, MPM_ACTS_NEVER } Acts;
 static const struct {

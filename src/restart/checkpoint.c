@@ -15,7 +15,6 @@
 #include "base/fault.h"
 #include "restart/checkpoint.h"
 #include "results/hdf5.h"
-#include "results/output.h"
 #include "results/provenance.h"
 #include "results/rows.h"
 

@@ -105,8 +105,7 @@ PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[
   H5(group = H5Gopen2(file, "particles", H5P_DEFAULT));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (H5Lexists(group, MPMFields[f].name, H5P_DEFAULT) > 0)
-      (void)snprintf(names + strlen(names), MPM_TEXT_LEN - strlen(names), "%s%s", names[0] ? " " : "",
-                     MPMFields[f].name);
+      MPMAppend(names, MPM_TEXT_LEN, "%s%s", names[0] ? " " : "", MPMFields[f].name);
   H5(H5Gclose(group));
   H5(H5Fclose(file));
   PetscFunctionReturn(PETSC_SUCCESS);

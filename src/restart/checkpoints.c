@@ -1,7 +1,6 @@
 /* checkpoints.c - when a run writes checkpoints, what they have beside the particles, and which of them are kept. */
 #include <dirent.h>
 #include <unistd.h>
-#include "base/fault.h"
 #include "base/signals.h"
 #include "restart/checkpoint.h"
 #include "restart/restart.h"
@@ -92,8 +91,7 @@ static PetscErrorCode RemoveOld(MPMCheckpoint *c)
 void MPMCheckpointTotals(char text[MPM_TEXT_LEN])
 {
   text[0] = 0;
-  for (PetscInt q = 0; q < MPM_NUM_DIAGNOSTICS; q++)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s ", MPMDiagnostics[q].name);
+  for (PetscInt q = 0; q < MPM_NUM_DIAGNOSTICS; q++) MPMAppend(text, MPM_TEXT_LEN, "%s ", MPMDiagnostics[q].name);
 }
 
 void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
@@ -142,12 +140,11 @@ static void Append(char text[], size_t len, const char word[])
   (void)snprintf(text + n, len - n, "%s", n ? " " : "");
   if (word[0] &&
       strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/+-=,:%@") == strlen(word))
-    (void)snprintf(text + strlen(text), len - strlen(text), "%s", word);
+    MPMAppend(text, len, "%s", word);
   else {
-    (void)snprintf(text + strlen(text), len - strlen(text), "'");
-    for (; *word; word++)
-      (void)snprintf(text + strlen(text), len - strlen(text), *word == '\'' ? "'\\''" : "%c", *word);
-    (void)snprintf(text + strlen(text), len - strlen(text), "'");
+    MPMAppend(text, len, "'");
+    for (; *word; word++) MPMAppend(text, len, *word == '\'' ? "'\\''" : "%c", *word);
+    MPMAppend(text, len, "'");
   }
 }
 

@@ -45,7 +45,7 @@ static PetscErrorCode Change(List *l, const char option[], const char value[], P
   if (!strcasecmp(value, OFF))
     l->name[k][0] = 0;
   else if (removes && l->value[k][0])
-    (void)snprintf(l->value[k] + strlen(l->value[k]), MPM_TEXT_LEN - strlen(l->value[k]), ",%s", value);
+    MPMAppend(l->value[k], MPM_TEXT_LEN, ",%s", value);
   else
     (void)snprintf(l->value[k], MPM_TEXT_LEN, "%s", value);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,7 +4,6 @@
    <name>.snapshots.
    Pebble knows its own files by what they begin with, or by an attribute. A file that is not complete has
    another name, which ends with MPM_NEW_FILE and which nothing else has. */
-#include <ctype.h>
 #include <dirent.h>
 #include <errno.h>
 #include <sys/stat.h>
@@ -259,7 +258,6 @@ PetscErrorCode MPMOutputFail(MPMCore *core, const char fault[], PetscBool *faile
   PetscCallMPI(MPI_Bcast(text, MPM_TEXT_LEN, MPI_CHAR, first, core->exchange.data));
   *failed = PETSC_TRUE;
   if (strstr(core->stop, "cannot write")) PetscFunctionReturn(PETSC_SUCCESS); /* one fault is enough to tell */
-  (void)snprintf(core->stop + strlen(core->stop), sizeof core->stop - strlen(core->stop), "%s%s",
-                 core->stop[0] ? "; " : "", text);
+  MPMAppend(core->stop, sizeof core->stop, "%s%s", core->stop[0] ? "; " : "", text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

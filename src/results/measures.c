@@ -49,8 +49,7 @@ static PetscErrorCode ReadWalls(MPMMeasures *m, const MPMScene *scene, MPMCore *
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(given, sizeof given, "%s", text);
   for (PetscInt k = 0; k < 2 * dim; k++)
-    if (IsWall(scene, k))
-      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "," : "", MPMFaceNames[k]);
+    if (IsWall(scene, k)) MPMAppend(list, sizeof list, "%s%s", list[0] ? "," : "", MPMFaceNames[k]);
   if (!list[0]) MPMOptionsFail(o, "-history_walls does not apply: no face of the grid has a wall (-bc_<face>_type)");
   for (char *w = strtok_r(text, ", ", &save); w && !MPMOptionsError(o); w = strtok_r(NULL, ", ", &save)) {
     const PetscInt before = m->faces;

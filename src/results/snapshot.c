@@ -13,17 +13,14 @@
 #include "results/provenance.h"
 #include "results/rigid_faces.h"
 #include "results/rows.h"
-#include "parallel/exchange.h"
-#include "step/step.h"
 
 /* Lists the words of -output_fields. */
 static void ListWords(char text[MPM_TEXT_LEN])
 {
   text[0] = 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
-    if (MPMDiagnostics[f].word[0])
-      (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s,", MPMDiagnostics[f].word);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "grid");
+    if (MPMDiagnostics[f].word[0]) MPMAppend(text, MPM_TEXT_LEN, "%s,", MPMDiagnostics[f].word);
+  MPMAppend(text, MPM_TEXT_LEN, "grid");
 }
 
 /* Reads -output_fields a,b,...: words of diagnostics.def, and grid. *set says whether it was given. */

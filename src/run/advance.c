@@ -3,7 +3,6 @@
    and made again with half the time step. Every decision follows from the reduced status and from exact sums, so all
    processes, of any number, decide the same. */
 #include "base/signals.h"
-#include "parallel/exchange.h"
 #include "run/mpm.h"
 #include "scene/source.h"
 #include "step/static.h"

@@ -2,7 +2,6 @@
    step. */
 #include "kernels/tile_index.h"
 #include "run/mpm.h"
-#include "scene/points.h"
 
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */

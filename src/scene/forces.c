@@ -32,7 +32,7 @@ static PetscErrorCode ReadSides(const MPMScene *scene, PetscInt dim, MPMOptions 
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {
     if (!strcmp(face, "all") || !strcmp(face, MPMFaceNames[k])) load->sides |= (PetscInt)1 << k;
-    (void)snprintf(sides + strlen(sides), sizeof sides - strlen(sides), "|%s", MPMFaceNames[k]);
+    MPMAppend(sides, sizeof sides, "|%s", MPMFaceNames[k]);
   }
   if (!load->sides)
     MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides %s", load->name, face, dim, sides);

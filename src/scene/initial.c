@@ -118,8 +118,7 @@ void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
                  : in->stress  ? "stress by formula"
                                : "stress by the weight above, horizontal over vertical:");
   for (PetscInt k = 0; k < scene->nmaterials && in->k0; k++)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s %s %.4g", k ? "," : "",
-                   scene->materials[k].name, (double)in->k0[k]);
+    MPMAppend(text, MPM_TEXT_LEN, "%s %s %.4g", k ? "," : "", scene->materials[k].name, (double)in->k0[k]);
 }
 
 /* Returns the size of gravity, m/s^2, if bodies start with the stress by the weight above, else 0. Not collective. */
@@ -249,8 +248,8 @@ static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char tex
 
   text[0] = 0;
   for (int k = 0; k < (whole || dim == 3 ? MPM_SYM_NC((int)dim) : dim == 2 ? 3 : 1); k++)
-    (void)snprintf(text + strlen(text), len - strlen(text), "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
-                   (double)tau[MPMSymPlace((int)dim, k)]);
+    MPMAppend(text, len, "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
+              (double)tau[MPMSymPlace((int)dim, k)]);
 }
 
 /* Writes what is probably wrong where a stress cannot be, "; ..."; of stresses by weight also the option that can

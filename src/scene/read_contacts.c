@@ -37,7 +37,7 @@ static void RefuseBody(const MPMScene *scene, MPMOptions o, const char contact[]
                      "friction is -body_%s_mu",
                      contact, name, name, name);
   for (PetscInt b = 0; b < scene->nbodies; b++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", scene->bodies[b].name);
+    MPMAppend(list, sizeof list, "%s%s", b ? "," : "", scene->bodies[b].name);
   MPMOptionsFail(o, "-contact_%s_bodies %.100s: choose all, or a list of bodies with particles, of %s", contact, name,
                  list);
 }

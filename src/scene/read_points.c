@@ -2,7 +2,6 @@
    Fxx Fxy ... Fzz, volume, material, in any sequence. Each process reads the lines that begin in its part of the bytes,
    or its part of the rows of an HDF5 file. */
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <strings.h>
 #include <sys/stat.h>

@@ -73,8 +73,7 @@ PetscErrorCode MPMSceneReadRegion(MPMCore *core, MPMOptions o, const char name[]
   PetscCall(MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames, &row));
   r->type = (MPMRegionType)row;
   taken   = MPMRegionParameters[row];
-  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s ", MPMRegionParameters[k]);
+  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++) MPMAppend(all, sizeof all, "%s ", MPMRegionParameters[k]);
   PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, all, taken));
   if (r->type == MPM_REGION_cylinder && dim < 3)
     MPMOptionsFail(o, "-body_%s_shape cylinder needs -dim 3: %s", name,

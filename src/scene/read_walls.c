@@ -40,8 +40,7 @@ static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt nu
   PetscCall(MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames, &row));
   face->type = (MPMWall)row;
   taken      = MPMWallParameters[face->type];
-  for (size_t k = 0; k < NPARAMETERS; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
+  for (size_t k = 0; k < NPARAMETERS; k++) MPMAppend(all, sizeof all, "%s%s", k ? " " : "", parameters[k].word);
   PetscCall(MPMOptionsRefuseOthers(o, "bc", name, "type", type, all, taken));
   for (size_t k = 0; k < NPARAMETERS; k++) {
     void *value = (char *)face + parameters[k].place;

@@ -81,7 +81,7 @@ static void DropWord(const char list[], const char word[], char rest[MPM_TEXT_LE
     const size_t n = strcspn(w, " ");
 
     if (n != strlen(word) || strncmp(w, word, n))
-      (void)snprintf(rest + strlen(rest), MPM_TEXT_LEN - strlen(rest), "%s%.*s", rest[0] ? " " : "", (int)n, w);
+      MPMAppend(rest, MPM_TEXT_LEN, "%s%.*s", rest[0] ? " " : "", (int)n, w);
     w += n;
   }
 }
@@ -152,8 +152,7 @@ static PetscErrorCode ReadMaterial(const MPMCore *core, MPMOptions o, MPMMateria
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   m->tension = m->melting = -1; /* none */
-  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
+  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++) MPMAppend(all, sizeof all, " %s", numbers[k].word);
   PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++)
     if (!strcmp(type->name, model)) m->type = type;

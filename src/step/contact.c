@@ -12,7 +12,6 @@
    others have left; impulses along normals only push, and friction stays within its cone. Every process does this for all
    columns, with the same bits: of the sums over processes all terms but one are 0. docs/method.md has the formulas
    (Contact). */
-#include "parallel/exchange.h"
 #include "base/algebra.h"
 #include "physics/wall.h"
 #include "step/friction.h"

@@ -3,7 +3,6 @@
    centre less half of the extent of its deformed domain. The gap of a node is the least of these, over all processes,
    since a minimum has the same bits in every sequence. A node without a particle over it has the least gap of the nodes
    beside it from which it may have mass. docs/method.md has the condition that nodes get (Walls). */
-#include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"

@@ -12,7 +12,6 @@
    numbers, and the nodes of a column, which may be on several processes, are collected in sums of which all other terms
    are 0: both have the same bits in every sequence. docs/method.md has the formulas (Walls). */
 #include "kernels/cell.h"
-#include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/step.h"
 

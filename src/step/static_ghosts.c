@@ -1,6 +1,5 @@
 /* static_ghosts.c - the stabilisation of nodes with little matter in static steps: springs along the lines of the grid, which
    vanish where displacements are polynomials of the order of the basis. docs/method.md has the equations (Statics). */
-#include "parallel/exchange.h"
 #include "step/static.h"
 
 #define NEARLY  1e-6    /* of a share: a node at a flat surface has half of its matter, whatever rounding says */
