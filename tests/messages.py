@@ -51,7 +51,6 @@ NONE = {
     "material ppc offset": "the same",
     "xx xy xz yx yy yz zx zy zz": "an attribute in a file of snapshots",
     "</Attribute>": "a line of an .xdmf file",
-    "is not built yet: ": "no value of an option is reserved now; unit_options.c tests it",
     "it has not been measured up to which time step": "every method has been; test_recipes.py adds others, whose runs it reads",
 }
 WORDS = re.compile(r"\b[A-Za-z]{2,}\b.* .*\b[A-Za-z]{2,}\b", re.S)

@@ -191,23 +191,7 @@ MPM_BODY_QUANTITY(least_shift, LEAST, shift, "m", 3, 0)
 MPM_BODY_QUANTITY(most_error, MOST, error_indicator, "1", 1, 0)
 MPM_BODY_QUANTITY(median_strain, MEDIAN, strain, "1", 1, 1)
 """), ("src/results/bodies.c", "typedef enum { NUMBER,", ("LOST }", "LOST, MEDIAN }")),
-           ("src/results/bodies.c", "/* Sets out [3] to a row of body b", """\
-static PetscErrorCode Median(const MPMSelected *s, const MPMCore *core, const MPMShown *shown, const MPMView *view,
-                             PetscInt of, PetscReal out[])
-{
-  PetscReal *value;
-  PetscInt   n;
-
-  PetscFunctionBeginUser;
-  for (PetscInt c = 0; c < MPMDiagnostics[of].nc; c++) {
-    PetscCall(MPMSelectedValues(s, shown, view, of, c, core->exchange.data, &n, &value));
-    out[c] = n ? 0.5 * (value[(n - 1) / 2] + value[n / 2]) + 0 : (PetscReal)NAN;
-    PetscCall(PetscFree(value));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-"""), ("src/results/bodies.c", "  case LOST:", "  case MEDIAN: PetscCall(Median(&s, core, shown, &view, of, out)); break;\n")]
+           ("src/results/bodies.c", "  case LOST:", "  case MEDIAN: PetscCall(Extreme(&s, core, shown, &view, of, 1, 0.5, out)); break;\n")]
 
 SCHEME = [("src/step/scheme.def", None, """\
 MPM_SCHEME(twice, PETSC_FALSE, PETSC_TRUE, "as usl, in two transfers to the nodes", P2G_MASS, P2G_FORCE, ADVANCE, G2P)
@@ -290,7 +274,9 @@ def follow(name, edits, files, functions, rows=1):
         if isinstance(text, tuple):
             new = [line.replace(*text) if k in places else line for k, line in enumerate(old)]
         else:
-            new = old[:places[0]] + text.splitlines(True) + old[places[0]:] if before else old + text.splitlines(True)
+            end = next((k for k, line in enumerate(old) if line.startswith("#undef") and path.endswith(".def")), len(old))  # of the rows of a table
+            at = places[0] if before else end
+            new = old[:at] + text.splitlines(True) + old[at:]
         check.write(path, "".join(new))
         lines.setdefault(path, []).extend(line[2:] for line in difflib.ndiff(old, new) if line[0] == "+")
     made = sum(len(re.findall(r"^(?:static|MPM_INLINE) [^;=]*\)$", "".join(added), re.M))
@@ -473,7 +459,7 @@ def use_fields():
         n = int(check.must(*METALS, "-dry_run").find(rf"body +{name}.*?(\d+) particles") or 0) or len(strain) // 2
         part = slice(first, first + n)
         first += n
-        values = {f"most_strain_{name}": strain[part].max(), f"mean_strain_{name}": strain[part].mean(), f"median_strain_{name}": np.median(strain[part]), f"least_shift_{name}_x": moved[part, 0].min(),
+        values = {f"most_strain_{name}": strain[part].max(), f"mean_strain_{name}": strain[part].mean(), f"median_strain_{name}": np.sort(strain[part])[(n - 1) // 2], f"least_shift_{name}_x": moved[part, 0].min(),
                   f"least_shift_{name}_y": moved[part, 1].min(), f"most_error_{name}": found["error_indicator"][part].max()}
         for column, right in values.items():
             check.that(abs(history[column][-1] - right) < 1e-13 * (1 + abs(right)), f"{column}: {history[column][-1]:.6g}, {right:.6g} by hand")
@@ -724,7 +710,7 @@ if __name__ == "__main__":
     follow("diagnostic", DIAGNOSTIC, files=2, functions=1)
     follow("field that reads F", STRAIN, files=2, functions=1)
     follow("field that reads X", SHIFT, files=2, functions=1)
-    follow("quantities of a body", MEASURE, files=2, functions=1, rows=5)
+    follow("quantities of a body", MEASURE, files=2, functions=0, rows=5)
     follow("update scheme", SCHEME, files=1, functions=0)
     follow("update scheme with a new phase", HALVES, files=2, functions=0)
     follow("transfer", TRANSFER, files=1, functions=0)

@@ -9,7 +9,6 @@ static const PetscReal widths[]   = {1. / 128, 1. / 32, 0.1, 1. / 6, 0.25, 0.49,
 static const char     *names[]    = {
 #define MPM_BASIS(name, nodes, layers, inertia, what) #name,
 #include "physics/basis.def"
-#undef MPM_BASIS
 };
 static const char *const forms[] = {"periodic", "extrap", "steffen"};
 

@@ -7,7 +7,6 @@
 static const char *names[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
-#undef MPM_REGION
 };
 
 static PetscReal Ball(void *context, PetscInt dim, const PetscReal x[])

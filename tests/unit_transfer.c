@@ -24,7 +24,6 @@ typedef struct {
   PetscInt n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype name[9 * N];
 #include "physics/fields.def"
-#undef MPM_FIELD
 } State;
 
 typedef struct {
@@ -127,7 +126,6 @@ static void CopyParticle(int dim, const State *from, PetscInt p, State *to)
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   memcpy(to->name + to->n * (nc), from->name + p * (nc), (nc) * sizeof(ctype));
 #include "physics/fields.def"
-#undef MPM_FIELD
   to->n++;
 }
 
@@ -140,7 +138,6 @@ static MPMView View(State *s, PetscInt fields, const MPMParams *par)
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   view.name = fields & MPM_BIT(name) ? s->name : NULL;
 #include "physics/fields.def"
-#undef MPM_FIELD
   if (par->nkinds == 1) view.kind = NULL; /* fields that the scene has not */
   if (!core.grid.round) view.F33 = NULL;
   if (!core.needs.barred) view.bar = NULL;
@@ -815,7 +812,6 @@ static void CheckParticles(const Bench *b, const Bench *ref)
   if (MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_cell)                                                                  \
     CHECK_SAME(b->own.name + p * (nc), ref->own.name + q * (nc), (nc) * sizeof(ctype));
 #include "physics/fields.def"
-#undef MPM_FIELD
   }
 }
 

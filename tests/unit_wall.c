@@ -6,7 +6,6 @@
 static const char *names[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) #name,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 static const PetscInt cells[3] = {4, 1, 6};
 

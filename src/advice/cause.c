@@ -50,7 +50,7 @@ static PetscErrorCode FindNear(Facts *f)
   f->nearest = PETSC_MAX_REAL;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const PetscBool own   = view.id[p] == f->status->id ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool own   = view.id[p] == f->status->id;
     MPMFound        found = {own ? 2 : 1, 16 * view.id[p], {0}, {0}};
 
     if (view.id[p] < f->body->first || view.id[p] >= f->body->first + f->body->n || !IsFinite(dim, view.x + p * dim))
@@ -255,14 +255,12 @@ static void TellParticle(const Facts *f, char text[MPM_TEXT_LEN])
   else
     (void)snprintf(text, MPM_TEXT_LEN, "the nearest particle is %.2g cells away", (double)f->nearest);
   if (f->face >= 0 && f->away >= 0)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
-                   MPMWallNames[f->scene->walls.given[f->face / 2][f->face % 2].type], (double)f->away);
+    MPMAppend(text, MPM_TEXT_LEN, ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
+              MPMWallNames[f->scene->walls.given[f->face / 2][f->face % 2].type], (double)f->away);
   if (f->status->bad == MPM_LEFT_GRID && speed <= PETSC_MAX_REAL)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its speed is %.3g m/s",
-                   (double)PetscSqrtReal(speed));
+    MPMAppend(text, MPM_TEXT_LEN, ", its speed is %.3g m/s", (double)PetscSqrtReal(speed));
   if (f->watch->grows_at >= 0)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", energy grows without a cause since t=%.3g s",
-                   (double)f->watch->grows_at);
+    MPMAppend(text, MPM_TEXT_LEN, ", energy grows without a cause since t=%.3g s", (double)f->watch->grows_at);
 }
 
 PetscErrorCode MPMCauseTell(const MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,

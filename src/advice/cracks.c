@@ -22,7 +22,7 @@ static PetscBool IsCrack(PetscInt dim, const MPMScene *scene, const MPMNeighbour
   const MPMNeighbours *nb = &neighbours[body];
   PetscInt64           ijk[3];
 
-  if (!nb->body) return n > 1 << (dim - 1) ? PETSC_TRUE : PETSC_FALSE;
+  if (!nb->body) return n > 1 << (dim - 1);
   MPMNeighboursPlace(nb, of->key / 16, ijk);
   for (PetscInt c = 0; c < dim; c++) {
     PetscInt run = 1, ends = 0;
@@ -106,11 +106,10 @@ void MPMPartingCure(const MPMScene *scene, PetscInt dim, const MPMFound *f, char
   (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
                  times * b->ppc[0]);
   for (PetscInt d = 1; d < dim; d++) {
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ",%" PetscInt_FMT, times * b->ppc[d]);
+    MPMAppend(text, MPM_TEXT_LEN, ",%" PetscInt_FMT, times * b->ppc[d]);
   }
   if (face >= 0 && scene->walls.given[face / 2][face % 2].type != MPM_WALL_piston)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text),
-                   "), or, where it may leave its wall, -bc_%s_type separate", MPMFaceNames[face]);
+    MPMAppend(text, MPM_TEXT_LEN, "), or, where it may leave its wall, -bc_%s_type separate", MPMFaceNames[face]);
   else
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ")");
+    MPMAppend(text, MPM_TEXT_LEN, ")");
 }

@@ -102,7 +102,7 @@ PetscErrorCode MPMDoubtsNote(const MPMCore *core, const MPMScene *scene)
   const PetscReal *g     = core->params.gravity;
   const PetscInt   dim   = core->grid.dim;
   const PetscReal  size  = PetscSqrtReal(g[0] * g[0] + (dim > 1 ? g[1] * g[1] : 0) + (dim > 2 ? g[2] * g[2] : 0));
-  const PetscBool  earth = size > MPM_BOUND_earth_least && size < MPM_BOUND_earth_most ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool  earth = size > MPM_BOUND_earth_least && size < MPM_BOUND_earth_most;
 
   PetscFunctionBeginUser;
   if (earth && dim > 1 && g[dim - 1] > MPM_BOUND_earth_least)
@@ -184,7 +184,7 @@ static PetscErrorCode WarnSpeed(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody     *b       = &scene->bodies[k];
     const MPMMaterial *m       = &scene->materials[b->material];
-    const PetscBool    fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool    fluid   = (m->type->traits & MPM_FLUID) != 0;
     const PetscReal    modulus = fluid ? m->K : m->lambda + 2 * m->mu, c = PetscSqrtReal(modulus / m->rho);
 
     if (!(PetscSqrtReal(b->v2) > c)) continue;
@@ -205,7 +205,7 @@ static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody     *b     = &scene->bodies[k];
     const MPMMaterial *m     = &scene->materials[b->material];
-    const PetscBool    fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool    fluid = (m->type->traits & MPM_FLUID) != 0;
     PetscReal          lower[3], upper[3], weight = 0;
 
     if (b->source.on) continue; /* how much of it there is at once is not known */

@@ -201,8 +201,8 @@ static PetscErrorCode WarnOnWalls(const MPMCore *core, const MPMScene *scene)
       const PetscBool lie = MPMAtWallsLie(scene, core, b, d);
       const PetscReal at  = b->offset[d] + (lie ? 0.5 * b->b[d] : 0);
 
-      any = any || lie ? PETSC_TRUE : PETSC_FALSE;
-      (void)snprintf(offset + strlen(offset), sizeof offset - strlen(offset), "%s%.10g", d ? "," : "", (double)at);
+      any = any || lie;
+      MPMAppend(offset, sizeof offset, "%s%.10g", d ? "," : "", (double)at);
     }
     if (any)
       PetscCall(MPMWarn(
@@ -312,7 +312,7 @@ static PetscErrorCode WarnTied(MPMCore *core)
   MPMView          view;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < r->n; k++) any = any || r->body[k].tied ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < r->n; k++) any = any || r->body[k].tied;
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(r->n, &deep));
   PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(x) | MPM_BIT(kind), &view));

@@ -164,7 +164,7 @@ static PetscBool IsClosed(const Look *l, PetscInt a, PetscReal gap)
   PetscReal spacing = PETSC_MAX_REAL;
 
   for (PetscInt d = 0; d < l->core->grid.dim; d++) spacing = PetscMin(spacing, l->scene->bodies[a].b[d]);
-  return gap < MPM_BOUND_touch * spacing ? PETSC_TRUE : PETSC_FALSE;
+  return gap < MPM_BOUND_touch * spacing;
 }
 
 /* Returns the body that stands for all that are one piece with b: of those that touch, directly or through others. */

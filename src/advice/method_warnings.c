@@ -34,7 +34,7 @@ const char *MPMMethodSpline(void)
 
 static PetscBool IsAdvised(const MPMMethod *method)
 {
-  return strcmp(method->scheme->name, MPM_UPDATE_ADVISED) ? PETSC_FALSE : PETSC_TRUE;
+  return !strcmp(method->scheme->name, MPM_UPDATE_ADVISED);
 }
 
 /* Writes the options of a method like this one that is stable where particles cross cells with steps of C = c dt/h: usl
@@ -119,7 +119,7 @@ static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, 
 static PetscErrorCode WarnOfMethod(const MPMCore *core, const MPMMethod *method, const MPMTime *time)
 {
   const MPMTransfer *transfer           = method->transfer;
-  const PetscBool    linear             = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    linear             = core->basis == MPM_BASIS_linear;
   const PetscReal   *wrong              = MPMStableWrong(core, method);
   char               cure[MPM_TEXT_LEN] = "";
 
@@ -170,7 +170,7 @@ static PetscErrorCode WarnOfSpin(MPMCore *core, const MPMScene *scene, const MPM
 {
   enum { M, X, V = X + 3, XX = V + 3, VV, L, N = L + 3 };
   const PetscInt  dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
-  const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool affine = (method->transfer->parts & MPM_AFFINE) != 0;
   PetscReal      *sum;
   MPMView         view;
 

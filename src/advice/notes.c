@@ -35,7 +35,7 @@ static PetscErrorCode NoteCrowd(const MPMCore *core)
 static PetscErrorCode NoteOptions(const MPMCore *core, const MPMScene *scene, const MPMReport *report, PetscMPIInt size)
 {
   /* A dry run that predicts other numbers of processes predicts them by every option of theirs. */
-  const PetscBool   dry        = scene->dry_run && report->processes ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   dry        = scene->dry_run && report->processes;
   const PetscBool   by_workers = core->exchange.type->by_workers;
   const char *const alone      = size == 1 && !dry ? "on one process" : NULL;
   const char *const serial  = strcmp(core->exchange.type->name, "serial") ? NULL : alone; /* periodic faces add sums */

@@ -51,7 +51,7 @@ static PetscInt Slot(const Look *l, PetscInt64 id)
 static PetscErrorCode MakeRows(Look *l)
 {
   PetscFunctionBeginUser;
-  l->direct = l->core->particles.born <= 2 * (PetscInt64)l->view.n + 64 ? PETSC_TRUE : PETSC_FALSE;
+  l->direct = l->core->particles.born <= 2 * (PetscInt64)l->view.n + 64;
   if (l->direct)
     l->nrow = (PetscInt)l->core->particles.born;
   else
@@ -133,7 +133,7 @@ static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 key, const Pet
   const PetscBool    plastic = MPMMaterialKnowsFlow(m);
   const PetscReal    gap = of[0], start = of[1], lags = of[2] > 0 ? gap / of[2] : PETSC_MAX_REAL;
   const PetscReal    tears   = TearsAt(l->core->basis, m);
-  const PetscBool    lagging = lags > MPM_BOUND_gap_lagging ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    lagging = lags > MPM_BOUND_gap_lagging;
   const PetscReal    bound   = lagging ? MPM_BOUND_gap_left : MPM_BOUND_gap_wide;
   MPMFound           found   = {gap / bound, key, {0}, {gap, start, of[2]}};
 
@@ -192,7 +192,7 @@ static PetscBool Holds(const MPMWalls *walls, PetscInt axis, PetscInt side)
 {
   const MPMWall type = walls->given[axis][side].type;
 
-  return MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES) ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES);
 }
 
 /* Looks at the distance of a particle at the place ijk of the lattice from the walls that hold matter and that its body
@@ -371,7 +371,7 @@ PetscErrorCode MPMPartingLook(MPMCore *core, const MPMScene *scene, const MPMNei
   *parted = l.wide;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &l.view));
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  l.alone = size == 1 ? PETSC_TRUE : PETSC_FALSE;
+  l.alone = size == 1;
   PetscCall(MakeRows(&l));
   for (PetscInt p = 0; p < l.view.n; p++) {
     const MPMKind *kind = MPMKindOf(core->params.kinds, &l.view, p);

@@ -12,7 +12,7 @@ static PetscBool OnTerminal(void)
   if (!getenv("OMPI_COMM_WORLD_RANK")) return isatty(STDOUT_FILENO) ? PETSC_TRUE : PETSC_FALSE;
   (void)snprintf(link, sizeof link, "/proc/%ld/fd/1", (long)getppid());
   n = readlink(link, to, sizeof to - 1);
-  return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9)) ? PETSC_TRUE : PETSC_FALSE;
+  return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9));
 }
 
 #define FIRST   0.1  /* s of steps after which the time of a run is told by them */
@@ -22,7 +22,7 @@ static PetscBool OnTerminal(void)
 /* Returns how many seconds of output are to come: as many a snapshot, or a line of the history, as so far. */
 static PetscReal OutputLeft(const MPMCore *core, const MPMMonitor *mon, const MPMOutput *out, PetscReal left)
 {
-  const PetscBool snapshots = out->enabled && out->every > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool snapshots = out->enabled && out->every > 0;
   const PetscReal every     = snapshots ? out->every : mon->every;
 
   if (!(every > 0)) return core->timers.output / PetscMax(1, core->step - core->timers.first); /* a step */
@@ -88,7 +88,7 @@ PetscErrorCode MPMReportForecast(MPMReport *report, const MPMCore *core, const M
   all = now - report->start + f.steps * each + OutputLeft(core, mon, out, f.left);
   if (report->told == 0) {
     report->told = ((PetscReal)made + f.steps) * f.step;
-    first        = all >= LONG ? PETSC_TRUE : PETSC_FALSE;
+    first        = all >= LONG;
   }
   report->step  = core->step;
   report->steps = core->timers.steps;

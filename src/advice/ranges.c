@@ -41,7 +41,7 @@ static PetscBool IsSmall(PetscInt dim, const PetscReal F[])
   PetscReal size2 = 0;
 
   for (PetscInt k = 0; k < dim * dim; k++) size2 += PetscSqr(F[k] - (k % (dim + 1) ? 0 : 1));
-  return size2 < 0.08 * 0.08 ? PETSC_TRUE : PETSC_FALSE;
+  return size2 < 0.08 * 0.08;
 }
 
 static PetscReal Measure_turn(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)
@@ -91,7 +91,6 @@ static const struct {
 #define MPM_RANGE(law, measure, share, warn, stop, remedy)                                                             \
   {#law, Measure_##measure, share, warn, stop, MPM_TOLD_##measure, remedy},
 #include "physics/range.def"
-#undef MPM_RANGE
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 _Static_assert(sizeof rows / sizeof rows[0] <= MPM_MAX_RANGES, "MPM_MAX_RANGES is too small");
@@ -156,8 +155,8 @@ void MPMRangesTell(const MPMScene *scene, PetscInt dim, PetscInt row, const MPMF
   MPMPlaceWords(dim, most->x, place);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), rows[row].told, (double)most->value);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), " (up to %g is right)", (double)rows[row].warn);
+  MPMAppend(text, MPM_TEXT_LEN, rows[row].told, (double)most->value);
+  MPMAppend(text, MPM_TEXT_LEN, " (up to %g is right)", (double)rows[row].warn);
 }
 
 void MPMRangesCure(const MPMScene *scene, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])

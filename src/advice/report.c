@@ -136,7 +136,7 @@ static PetscBool IsOfStage(const MPMScene *scene, const MPMLoad *load)
 
     (void)snprintf(name, sizeof name, "-stage_%s_load_%s_value", scene->stages[s], load->name);
     (void)PetscOptionsHasName(NULL, NULL, name, &given);
-    any = any || given ? PETSC_TRUE : PETSC_FALSE;
+    any = any || given;
   }
   return any;
 }

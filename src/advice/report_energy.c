@@ -7,7 +7,7 @@ PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
   if (MPMWallsHave(&scene->walls, MPM_WALL_MOVES)) return PETSC_FALSE;
   if (core->rigids.driven || core->rigids.free || core->particles.flows) return PETSC_FALSE;
-  return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
+  return !scene->body_force;
 }
 
 /* Prints the terms of the change of energy (-history_energy), in J and as a part of the largest energy and the work. */

@@ -67,7 +67,7 @@ static PetscErrorCode PrintTimer(const MPMCore *core, const char name[], PetscRe
 PetscErrorCode MPMReportPhases(const MPMCore *core, const MPMCost *cost, const MPMReport *report)
 {
   const MPMTimers *timers = &core->timers;
-  const PetscBool  shown  = report->phases || (!report->no_phases && timers->steps >= LONG) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool  shown  = report->phases || (!report->no_phases && timers->steps >= LONG);
   PetscReal        all    = 0;
 
   PetscFunctionBeginUser;

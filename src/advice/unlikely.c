@@ -45,7 +45,7 @@ static const char *Unit(const char text[], PetscReal bound, MPMOdd *odd)
     if (!first[0]) first = units[j].name;
     if (!(odd->ratio * units[j].factor >= bound)) continue;
     MPMUnlikelyWrite(odd->meant, meant * units[j].factor / 1e3);
-    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%.60s", words);
+    MPMAppend(odd->meant, MPM_WORDS, "%.60s", words);
     return units[j].name;
   }
   return first;
@@ -77,19 +77,28 @@ static void Fill(const char text[], const MPMOdd *odd, const char unit[], char l
   }
 }
 
+/* Returns the body of one body or load, or -1. */
+static PetscInt BodyOf(const MPMLook *look, int of, PetscInt k)
+{
+  return of == OF_body ? k : of == OF_load ? look->scene->loads[k].body : -1;
+}
+
 /* Tells what is found of one material, body, load ... */
 static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
 {
   PetscFunctionBeginUser;
   for (size_t r = 0; r < NROWS; r++) {
-    MPMOdd      odd;
+    MPMOdd      odd = {0};
     char        line[MPM_TEXT_LEN];
     const char *unit;
 
     if (rows[r].of != of) continue;
-    PetscCall(PetscMemzero(&odd, sizeof odd));
+    if (BodyOf(look, of, k) >= 0)
+      (void)snprintf(odd.other, MPM_WORDS, "%s", look->scene->bodies[BodyOf(look, of, k)].name);
     if (!rows[r].look(look, k, &odd)) continue;
-    if (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)) continue;
+    if (rows[r].bound != 0 &&
+        (rows[r].side == SIDE_above ? !(odd.ratio > rows[r].bound) : !(odd.ratio < rows[r].bound)))
+      continue;
     if (look->core->stages.n && !strcmp(odd.option, "-time_end"))
       (void)MPMUnlikelyGiven("stage", look->scene->stages[look->core->stages.now - 1], "_time", &odd);
     unit = Unit(rows[r].text, rows[r].bound, &odd);
@@ -100,7 +109,7 @@ static PetscErrorCode Tell(const MPMLook *look, int of, PetscInt k)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds how far the particles of bodies reach with their boxes. Collective on exchange.data. */
+/* Finds how far the particles of bodies reach with their boxes, and shapes of rigid bodies. Collective on exchange.data. */
 static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lower)[3], PetscReal (*upper)[3])
 {
   const PetscInt dim = core->grid.dim, nb = scene->nbodies;
@@ -126,17 +135,21 @@ static PetscErrorCode Reach(MPMCore *core, const MPMScene *scene, PetscReal (*lo
   PetscCall(PetscMPIIntCast(3 * nb, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, lower, count, MPIU_REAL, MPIU_MIN, core->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, upper, count, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  for (PetscInt k = nb; k < nb + scene->nshapes; k++)
+    if (scene->bodies[k].rigid) MPMRegionBounds(&scene->bodies[k].region, dim, lower[k], upper[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is there something to look at: of bodies those of particles at the start, and loads on what has particles left? */
+/* Is there something to look at: of bodies those of particles at the start, loads on what has particles left, shapes of
+   rigid bodies? */
 static PetscBool IsThere(const MPMLook *look, int of, PetscInt k)
 {
-  const PetscInt b = of == OF_body ? k : of == OF_load ? look->scene->loads[k].body : -1;
+  const PetscInt b = BodyOf(look, of, k);
 
+  if (of == OF_rigid && look->scene->bodies[look->scene->nbodies + k].rigid == MPM_RIGID_NONE) return PETSC_FALSE;
   if (b < 0) return PETSC_TRUE;
   if (of == OF_body && (look->scene->bodies[b].removed || look->scene->bodies[b].source.on)) return PETSC_FALSE;
-  return look->lower[b][0] <= look->upper[b][0] ? PETSC_TRUE : PETSC_FALSE;
+  return look->lower[b][0] <= look->upper[b][0];
 }
 
 /* Described in advice.h. */
@@ -151,11 +164,11 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
                            .seconds = f->steps * f->step,
                            .dt      = f->dt,
                            .steps   = f->steps};
+  const PetscInt   all  = scene->nbodies + scene->nshapes;
   PetscInt         n[NUM_OF];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc3(scene->nbodies, &look.lower, scene->nbodies, &look.upper, scene->nbodies + scene->nshapes,
-                         &look.way));
+  PetscCall(PetscCalloc3(all, &look.lower, all, &look.upper, all, &look.way));
   PetscCall(Reach(core, scene, look.lower, look.upper));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     look.g += g[d] * g[d];
@@ -168,7 +181,7 @@ PetscErrorCode MPMUnlikelyNote(MPMCore *core, const MPMScene *scene, const MPMTi
     }
   }
   look.g     = PetscSqrtReal(look.g);
-  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact;
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     const MPMMaterial *m = &scene->materials[scene->bodies[b].material];
 

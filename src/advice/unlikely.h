@@ -26,7 +26,8 @@ typedef struct {
   PetscBool         earth;            /* it is the earth's in m/s^2, so that units are SI */
   PetscInt          down;             /* the axis along which gravity is largest */
   PetscReal         c;                /* the fastest wave, m/s */
-  PetscReal (*lower)[3], (*upper)[3]; /* [nbodies] m: how far the boxes of their particles reach at the start */
+  PetscReal (*lower)[3], (*upper)[3]; /* [nbodies + nshapes] m: how far the boxes of their particles, and the shapes of
+                                         rigid bodies, reach at the start */
   PetscReal lowest[3], highest[3];    /* m, of all of them */
   MPMWay   *way;                      /* [nbodies + nshapes] */
 } MPMLook;
@@ -54,6 +55,8 @@ typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
    was. MPMUnlikelyNumber also reads it as one number; other texts are none. */
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *);
 PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *, PetscReal *number);
+PetscBool MPMUnlikelyOver(const char option[], PetscReal measure,
+                          MPMOdd *);   /* the number of an option over a measure above 0 */
 PetscBool MPMUnlikelyStatic(MPMOdd *); /* is -method_time static given? */
 
 /* Reads the velocity of body k at the start, if it is given by numbers. */
@@ -71,11 +74,13 @@ PetscReal MPMUnlikelyBeside(const MPMLook *, PetscInt k, PetscInt face);
 PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j,
                            PetscReal x[3]);
 
-/* Return how many cells two boxes are apart along axis d, below 0 where they overlap; how far a wall or a rigid body has come at
+/* Return how many cells two boxes are apart along axis d, below 0 where they overlap, and along any; how far a wall or a rigid body has come at
    the end along component c of a velocity, which without a formula is constant, to the side of toward (1 or -1), m, and at most. Is this the start of a run of its
    own; does a source bring more of the matter of body k? */
 PetscReal MPMUnlikelyApart(const MPMLook *, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
                            const PetscReal lower_b[], const PetscReal upper_b[]);
+PetscReal MPMUnlikelyGap(const MPMLook *, const PetscReal lower_a[], const PetscReal upper_a[],
+                         const PetscReal lower_b[], const PetscReal upper_b[]);
 PetscReal MPMUnlikelyAdvance(const MPMLook *, MPMExpression velocity, PetscInt c, PetscReal constant, PetscReal toward,
                              PetscReal *most);
 PetscBool MPMUnlikelyStarts(const MPMLook *);

@@ -91,7 +91,6 @@ PetscBool MPMUnlikely_load_bends(const MPMLook *look, PetscInt k, MPMOdd *odd)
   bend       = PetscMin(4 * force * PetscPowReal(length / high, 3) / MPMUnlikelyModulus(m, PETSC_TRUE), 0.8 * length);
   room       = toward > 0 ? grid->upper[across] - look->upper[b][across] : look->lower[b][across] - grid->lower[across];
   odd->ratio = bend / PetscMax(room, grid->h[across]);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   MPMUnlikelyWrite(odd->meant, bend);
   return MPMUnlikelyGiven("load", load->name, "_value", odd);
 }

@@ -30,9 +30,7 @@ PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscBool IsAtFace(const MPMLook *look, PetscInt k, PetscInt d)
 {
   return look->core->grid.periodic[d] || MPMUnlikelyBeside(look, k, 2 * d) < 0.1 ||
-                 MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         MPMUnlikelyBeside(look, k, 2 * d + 1) < 0.1;
 }
 
 PetscBool MPMUnlikely_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -88,19 +86,13 @@ PetscBool MPMUnlikely_wave_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, look->upper[k][d] - look->lower[k][d]);
   odd->ratio = (look->time->end - look->core->stages.began) *
                PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_FALSE) / m->rho) / size;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
 /* Returns how many cells two bodies are apart, by their boxes; 0: these overlap. */
 static PetscReal Gap(const MPMLook *look, PetscInt k, PetscInt other)
 {
-  PetscReal gap = 0;
-
-  for (PetscInt d = 0; d < look->core->grid.dim; d++)
-    gap = PetscMax(gap,
-                   MPMUnlikelyApart(look, d, look->lower[k], look->upper[k], look->lower[other], look->upper[other]));
-  return gap;
+  return PetscMax(0, MPMUnlikelyGap(look, look->lower[k], look->upper[k], look->lower[other], look->upper[other]));
 }
 
 PetscBool MPMUnlikely_contact_coarse(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -178,8 +170,7 @@ PetscBool MPMUnlikely_gap_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
       look->core->grid.total)
     return PETSC_FALSE;
   odd->ratio = MPMUnlikelyBeside(look, k, face);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-  return odd->ratio > 0.3 ? MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd) : PETSC_FALSE;
+  return odd->ratio > 0.3 && MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
 }
 
 /* Do bodies start here with the stress by their weight? */
@@ -194,7 +185,6 @@ PetscBool MPMUnlikely_k0_floor(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (k || !StartsByWeight(look) || look->core->rigids.n) return PETSC_FALSE;
   odd->ratio = MPMUnlikelyBeside(look, -1, face) - look->scene->walls.place[face] / look->core->grid.h[d];
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, up ? "top" : "underside");
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd);
 }
@@ -208,9 +198,7 @@ static PetscBool OpenSide(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (face / 2 == look->down || grid->periodic[face / 2] || MPMUnlikelyBeside(look, k, face) > 0.3 ||
         MPMUnlikelyWall(look, face) != MPM_WALL_free)
       continue;
-    odd->ratio = 1;
     (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
-    (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -231,7 +219,6 @@ PetscBool MPMUnlikely_k0_gap(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (!StartsByWeight(look) || look->core->rigids.n) return PETSC_FALSE;
   MPMRegionBounds(&look->scene->bodies[k].region, grid->dim, lower, upper);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt d = face / 2, side = face % 2;
     PetscBool      filled = PETSC_FALSE;

@@ -73,11 +73,10 @@ PetscReal MPMUnlikelySize(const MPMLook *look, const MPMFormula *f)
                   : 0;
 }
 
-PetscBool MPMUnlikely_rest_early(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_rest_early(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal every = look->time->end / TIMES;
 
-  (void)k;
   if (!MPMUnlikelyGiven("time_rest", NULL, "", odd) || !(strtod(odd->value, NULL) > 0) || look->core->stages.n)
     return PETSC_FALSE;
   for (PetscInt l = 0; l < look->scene->nloads; l++) {
@@ -99,7 +98,7 @@ PetscBool MPMUnlikelySteady(const MPMLook *look, const MPMFormula *f)
   PetscReal       least;
   const PetscReal most = Most(look, f, 0.01 * look->time->end, 0.99 * look->time->end / TIMES, TIMES + 1, &least);
 
-  return most > 0 && least > (1 - 1e-9) * most ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0 && least > (1 - 1e-9) * most;
 }
 
 PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
@@ -112,7 +111,7 @@ PetscBool MPMUnlikelyChanges(const MPMLook *look, PetscInt k)
   at = strchr(odd.value, 't');
   while (at && (isalpha((unsigned char)at[1]) || (at > odd.value && isalpha((unsigned char)at[-1]))))
     at = strchr(at + 1, 't');
-  return at || MPMExpressionTables(f.value) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return at || MPMExpressionTables(f.value) > 0;
 }
 
 /* Returns formula k, where it is one of t that was given and the run lasts; writes what was given. */
@@ -169,12 +168,10 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMFormula f    = MPMUnlikelyFormula(look, k);
   const PetscInt   face = k - look->scene->nloads;
   const PetscBool  wall = face >= 0 && face < 2 * look->core->grid.dim &&
-                                 MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
-                                 look->scene->walls.place[face] == 0
-                              ? PETSC_TRUE
-                              : PETSC_FALSE; /* that of a constant velocity has no formula */
-  PetscReal        least;
-  MPMOdd           spin;
+                         MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_MOVES) &&
+                         look->scene->walls.place[face] == 0; /* that of a constant velocity has no formula */
+  PetscReal least;
+  MPMOdd    spin;
 
   if ((!f.value && !wall) || face < 0 || look->core->stages.n || !(look->time->end > 0)) return PETSC_FALSE;
   if (f.name && MPMUnlikelyGiven("body", f.name, !strcmp(f.word, "_spin") ? "_velocity" : "_spin", &spin))
@@ -188,7 +185,7 @@ PetscBool MPMUnlikely_formula_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
                                                                        : "the wall does not move: write fixed")
                  : f.name ? "the body does not move: write -body_<b>_rigid fixed"
                           : "leave it out");
-  return odd->ratio == 0 ? MPMUnlikelyGiven(f.group, f.name, f.word, odd) : PETSC_FALSE;
+  return odd->ratio == 0 && MPMUnlikelyGiven(f.group, f.name, f.word, odd);
 }
 
 PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -199,7 +196,7 @@ PetscBool MPMUnlikely_table_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
   MPMUnlikelyWrite(odd->value, last);
   MPMUnlikelyWrite(odd->other, end);
   odd->ratio = last / end;
-  return end > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return end > 0;
 }
 
 PetscBool MPMUnlikely_formula_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -276,7 +273,7 @@ PetscBool MPMUnlikely_formula_flat(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = change / most;
   MPMUnlikelyWrite(odd->other, end);
-  return most > 0 && change > 1e-12 * most ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0 && change > 1e-12 * most;
 }
 
 /* A formula that grows within the first step alone. */
@@ -289,11 +286,10 @@ PetscBool MPMUnlikely_formula_step(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!f.value || strpbrk(odd->value, "<>?") || look->core->t > 0 || look->core->stages.now > 1 || !(dt > 0) ||
       end < 10 * dt)
     return PETSC_FALSE;
-  start      = Most(look, &f, 0, 0, 1, &least);
-  most       = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
-  odd->ratio = most > 0 && least > (1 - 1e-9) * most && start >= 0 && start < 0.5 * most ? 1 : 0;
+  start = Most(look, &f, 0, 0, 1, &least);
+  most  = Most(look, &f, dt, (end - dt) / TIMES, TIMES + 1, &least);
   MPMUnlikelyWrite(odd->other, dt);
-  return PETSC_TRUE;
+  return most > 0 && least > (1 - 1e-9) * most && start >= 0 && start < 0.5 * most;
 }
 
 /* A formula of a later stage that does not change in it, but did before it, or would in as long a time from t = 0. */
@@ -309,17 +305,13 @@ PetscBool MPMUnlikely_formula_past(const MPMLook *look, PetscInt k, MPMOdd *odd)
   (void)snprintf(stage, sizeof stage, "%.40s_%.40s%s%.40s%s", look->scene->stages[look->core->stages.now - 1], f.group,
                  f.name ? "_" : "", f.name ? f.name : "", f.word);
   if (!MPMUnlikelyGiven("stage", stage, "", &own)) return PETSC_FALSE;
-  most       = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
-  before     = Most(look, &f, 0, began / TIMES, TIMES, &was);
-  early      = Most(look, &f, 0, (end - began) / TIMES, TIMES + 1, &first);
-  odd->ratio = most >= 0 && least >= (1 - 1e-9) * most &&
-                       ((most > 0 && before >= 0 && was < 0.9 * most) ||
-                        (early > 0 && (first < 0.9 * early || most == 0)))
-                   ? 1
-                   : 0;
+  most   = Most(look, &f, began, (end - began) / TIMES, TIMES + 1, &least);
+  before = Most(look, &f, 0, began / TIMES, TIMES, &was);
+  early  = Most(look, &f, 0, (end - began) / TIMES, TIMES + 1, &first);
   MPMUnlikelyWrite(odd->other, began);
   (void)snprintf(odd->option, MPM_WORDS, "%s", own.option);
-  return PETSC_TRUE;
+  return most >= 0 && least >= (1 - 1e-9) * most &&
+         ((most > 0 && before >= 0 && was < 0.9 * most) || (early > 0 && (first < 0.9 * early || most == 0)));
 }
 
 /* --- Comparisons of places and times ------------------------------------------------------------------------------- */
@@ -335,7 +327,7 @@ static const char *Comparison(const char *at, char *name, PetscBool *less, Petsc
     while (*first == ' ') first++;
     if (*first != '<' && *first != '>') continue;
     *name  = *at;
-    *less  = *first == '<' ? PETSC_TRUE : PETSC_FALSE;
+    *less  = *first == '<';
     *bound = strtod(first + 1 + (first[1] == '='), &end);
     if (end == first + 1 + (first[1] == '=') || !strchr(") ?&|,;", *end)) continue;
     (void)snprintf(words, MPM_WORDS, "%.*s", (int)(end - at), at);
@@ -358,7 +350,7 @@ static void BodyOf(const MPMScene *scene, const char name[], PetscInt *body)
 
 /* A comparison that holds everywhere, and at all times, and is not just the first one that bounds a strip; or one with a
    number that is far from all places and times. */
-PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_selects_all(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   static const char *const places[2][2] = {{"at no time", "at all times"}, {"nowhere", "everywhere"}};
   const MPMGrid           *grid         = &look->core->grid;
@@ -366,7 +358,7 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal                bound;
   PetscBool                less;
 
-  if (k || MPMOptionsText(&text)) return PETSC_FALSE;
+  if (MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
     PetscInt body, n = 0, all = 0;
     char     padded[MPM_TEXT_LEN + 1];
@@ -401,5 +393,5 @@ PetscBool MPMUnlikely_selects_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (n && all == n) odd->ratio = 1;
   }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }

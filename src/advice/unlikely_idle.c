@@ -3,13 +3,13 @@
 #include "advice/unlikely.h"
 
 /* Finds an option of this stage whose value is that of before; those of time_* hold for their stage alone. */
-PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_stage_same(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
   char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], own[MPM_TEXT_LEN];
   const char     *option;
 
-  if (k || look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
+  if (look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
     char before[MPM_TEXT_LEN] = "";
 
@@ -31,18 +31,18 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
     (void)snprintf(odd->value, MPM_WORDS, "%.150s", own);
   }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }
 
 /* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
-PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
   char           *text  = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
   const char     *option;
   PetscBool       idle = PETSC_TRUE;
 
-  if (k || look->core->stages.now < 2 || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || look->core->rigids.driven ||
+  if (look->core->stages.now < 2 || MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || look->core->rigids.driven ||
       MPMUnlikelyGiven("gravity_ramp", NULL, "", odd))
     return PETSC_FALSE;
   for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++)
@@ -55,8 +55,7 @@ PetscBool MPMUnlikely_stage_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
         strncasecmp(option, "time", 4))
       idle = PETSC_FALSE;
   (void)PetscFree(text);
-  odd->ratio = idle ? 1 : 0;
-  return MPMUnlikelyGiven("stages", NULL, "", odd);
+  return idle && MPMUnlikelyGiven("stages", NULL, "", odd);
 }
 
 /* How far a body may come until the end, m, from where it starts. */
@@ -73,17 +72,15 @@ static PetscReal Reach(const MPMLook *look, PetscInt b)
 static PetscBool IsDriven(const MPMLook *look)
 {
   return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->scene->forced || look->scene->known ||
-                 look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         look->scene->initial || look->core->rigids.n || look->core->step || look->core->stages.n;
 }
 
-PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_contact_idle(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
   const PetscInt nb   = look->scene->nbodies;
 
-  if (k || nb < 2 || IsDriven(look) ||
+  if (nb < 2 || IsDriven(look) ||
       !(MPMUnlikelyGiven("contact_mu", NULL, "", odd) || MPMUnlikelyGiven("contacts", NULL, "", odd)))
     return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
@@ -123,20 +120,17 @@ static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const 
   const MPMGrid  *grid  = &look->core->grid;
 
   for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
-    PetscReal lower[3], upper[3];
-    PetscBool near = PETSC_TRUE;
+    const PetscReal *lower = look->lower[b], *upper = look->upper[b];
+    PetscBool        near = PETSC_TRUE;
 
     if (scene->bodies[b].rigid == MPM_RIGID_NONE || scene->bodies[b].removed ||
         MPMListHas(removed, scene->bodies[b].name))
       continue;
-    MPMRegionBounds(&scene->bodies[b].region, grid->dim, lower, upper);
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscReal side = face % 2 ? look->upper[k][d] : look->lower[k][d];
 
       near = near && (d == face / 2 ? side < upper[d] + 2 * grid->h[d] && side > lower[d] - 2 * grid->h[d]
-                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d])
-                 ? PETSC_TRUE
-                 : PETSC_FALSE;
+                                    : look->lower[k][d] < upper[d] && look->upper[k][d] > lower[d]);
     }
     if (near) return PETSC_TRUE;
   }
@@ -144,7 +138,7 @@ static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const 
 }
 
 /* Damping of what has room to flow beside it: of a fluid, or of sand in a stage in which a rigid body, which held sand or a fluid, is taken away. */
-PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene  = look->scene;
   const MPMGrid  *grid   = &look->core->grid;
@@ -152,7 +146,6 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscBool       opens  = PETSC_FALSE;
   char            removed[MPM_WORDS];
 
-  (void)k;
   (void)MPMUnlikelyGiven("remove", NULL, "", odd);
   for (char *at = odd->value; *at; at++)
     if (*at == ',') *at = ' ';
@@ -166,9 +159,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < scene->nbodies; b++) {
     const MPMMaterial *m     = &scene->materials[scene->bodies[b].material];
     const PetscBool    flows = m->type->traits & MPM_FLUID ||
-                                    (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0)
-                                   ? PETSC_TRUE
-                                   : PETSC_FALSE;
+                            (opens && m->type->traits & MPM_LOOSE && MPMUnlikelyCohesion(m) == 0);
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt d = face / 2;
@@ -176,7 +167,6 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
       if (d == look->down || grid->periodic[d] || (grid->round && !face) || MPMUnlikelyBeside(look, b, face) < 1 ||
           !flows || IsBehind(look, b, face, removed))
         continue;
-      odd->ratio = 1;
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
   }
@@ -184,43 +174,32 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (look->core->stages.n)
     (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1],
                    option);
-  return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
+  return odd->other[0] && MPMUnlikelyGiven(option, NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_hold_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_hold_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  if (!MPMUnlikelyNumber("time_rest_hold", NULL, "", odd, &odd->ratio) || !(look->time->end > look->core->t))
-    return PETSC_FALSE;
-  odd->ratio /= look->time->end - look->core->t;
-  MPMUnlikelyWrite(odd->other, look->time->end - look->core->t);
-  return PETSC_TRUE;
+  return MPMUnlikelyOver("time_rest_hold", look->time->end - look->core->t, odd);
 }
 
-PetscBool MPMUnlikely_ramp_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_ramp_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  if (!MPMUnlikelyNumber("gravity_ramp", NULL, "", odd, &odd->ratio) || !(look->time->end > 0)) return PETSC_FALSE;
-  odd->ratio /= MPMUnlikelyEnd(look);
-  MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
+  if (!MPMUnlikelyOver("gravity_ramp", MPMUnlikelyEnd(look), odd)) return PETSC_FALSE;
   MPMUnlikelyWrite(odd->meant, 1 / odd->ratio);
   return PETSC_TRUE;
 }
 
-PetscBool MPMUnlikely_solves_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_solves_many(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   odd->ratio = look->core->implicit ? look->steps : 0;
   return MPMUnlikelyGiven("dt_size", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_leave_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_leave_idle(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
     if (MPMUnlikelyWall(look, face) == MPM_WALL_free) return PETSC_FALSE;
-  odd->ratio = 1;
-  return look->core->params.deletes ? MPMUnlikelyGiven("particles_leave", NULL, "", odd) : PETSC_FALSE;
+  return look->core->params.deletes && MPMUnlikelyGiven("particles_leave", NULL, "", odd);
 }
 
 /* A ball or disk that turns about its own centre, and does not grip. */
@@ -228,7 +207,6 @@ PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
 
-  odd->ratio = 1;
   for (PetscInt r = 0; r < look->core->rigids.n; r++) {
     const MPMRigid *rigid = &look->core->rigids.body[r];
 
@@ -241,13 +219,13 @@ PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 }
 
 /* -damping_kinetic, which stops all at each peak of the energy, beside a body force that swings. */
-PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscInt   dim      = look->core->grid.dim;
   const MPMFormula f        = MPMUnlikelyFormula(look, look->scene->nloads + 6);
   PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, x[3];
 
-  if (k || !look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
+  if (!look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
     return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
   for (PetscInt j = 0; j < 200; j++) {
@@ -264,5 +242,5 @@ PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PetscInt k, MPMOdd *od
   }
   for (PetscInt d = 0; d < dim; d++) odd->ratio = PetscMax(odd->ratio, PetscMin(most[d], -least[d]));
   (void)snprintf(odd->other, MPM_WORDS, "-acceleration");
-  return MPMUnlikelyGiven("damping_kinetic", NULL, "", odd);
+  return odd->ratio > 0 && MPMUnlikelyGiven("damping_kinetic", NULL, "", odd);
 }

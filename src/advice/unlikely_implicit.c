@@ -1,17 +1,14 @@
 /* unlikely_implicit.c - the rows of plausible.def of implicit steps: what their solves leave, and what their steps follow. */
-#include <strings.h>
 #include "advice/unlikely.h"
 
-PetscBool MPMUnlikely_solve_loose(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_solve_loose(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  return look->core->implicit && !k ? MPMUnlikelyNumber("snes_rtol", NULL, "", odd, &odd->ratio) : PETSC_FALSE;
+  return look->core->implicit && MPMUnlikelyNumber("snes_rtol", NULL, "", odd, &odd->ratio);
 }
 
-PetscBool MPMUnlikely_ramp_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_ramp_idle(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  odd->ratio = 1;
-  return look->g > 0 || look->core->stages.n ? PETSC_FALSE : MPMUnlikelyGiven("gravity_ramp", NULL, "", odd);
+  return !(look->g > 0 || look->core->stages.n) && MPMUnlikelyGiven("gravity_ramp", NULL, "", odd);
 }
 
 /* A body that starts with a velocity between walls that hold it vibrates: steps over the longest period, of a bar of its length

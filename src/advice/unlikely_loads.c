@@ -7,7 +7,7 @@ static PetscBool IsRamp(const MPMLook *look, PetscInt k)
 {
   MPMOdd odd = {0};
 
-  return MPMUnlikely_formula_slow(look, k, &odd) && odd.ratio < 0.1 ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikely_formula_slow(look, k, &odd) && odd.ratio < 0.1;
 }
 
 /* Sets how large a load is, Pa, per area of the body if it is a force; and the ratio of that to its body's modulus. */
@@ -27,7 +27,7 @@ static PetscBool Load(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal *s
                           (PetscReal)(look->core->grid.round ? 3 : dim) - (load->type == MPM_LOAD_FORCE ? 1 : 0));
   odd->ratio = *size / modulus;
   (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s, %.3g Pa", m->name, (double)modulus);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && *size > 0;
 }
 
 PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -42,7 +42,7 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad     *load = &look->scene->loads[k];
   const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
-  const PetscBool    soil = m->type->traits & MPM_LOOSE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    soil = (m->type->traits & MPM_LOOSE) != 0;
   PetscReal          size;
 
   if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_PLASTIC) || !Load(look, k, odd, &size)) return PETSC_FALSE;
@@ -50,9 +50,8 @@ PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
                (soil ? 50 * (MPMUnlikelyCohesion(m) + MPMUnlikelyWeight(look, look->scene->bodies[load->body].material))
                      : 20 * m->yield);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  return odd->ratio < PETSC_MAX_REAL && (!soil || MPMUnlikelyWeight(look, look->scene->bodies[load->body].material) > 0)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  return odd->ratio < PETSC_MAX_REAL &&
+         (!soil || MPMUnlikelyWeight(look, look->scene->bodies[load->body].material) > 0);
 }
 
 PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -73,7 +72,7 @@ PetscBool MPMUnlikely_load_weight(const MPMLook *look, PetscInt k, MPMOdd *odd)
 static PetscBool InBore(const MPMLook *look, const MPMLoad *load)
 {
   const PetscInt b = load->body, dim = look->core->grid.dim;
-  PetscBool      inside = load->sides & (load->sides - 1) || look->core->grid.round ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool      inside = load->sides & (load->sides - 1) || look->core->grid.round;
 
   if (load->type != MPM_LOAD_PRESSURE) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * dim; face++) {
@@ -103,12 +102,10 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const PetscBool    bore   = InBore(look, load);
   PetscReal          x[3]   = {0};
   PetscBool          wide   = load->type == MPM_LOAD_PRESSURE && look->g > 0 &&
-                           load->sides == (PetscInt)1 << (2 * look->down + (up > 0))
-                                  ? PETSC_TRUE
-                                  : PETSC_FALSE;
+                   load->sides == (PetscInt)1 << (2 * look->down + (up > 0));
 
   for (PetscInt d = 0; d < dim; d++) /* ground, and not a bar */
-    wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height) ? PETSC_TRUE : PETSC_FALSE;
+    wide = wide && (d == look->down || look->upper[b][d] - look->lower[b][d] > height);
   if ((!(look->g > 0) && load->type != MPM_LOAD_PRESSURE) || m->type->traits & MPM_FLUID ||
       (!bore && !(m->type->traits & MPM_PLASTIC) && !wide) || load->type == MPM_LOAD_TORQUE ||
       (!bore && !(m->type->traits & MPM_LOOSE) && m->rho > MPM_BOUND_dense))
@@ -127,12 +124,11 @@ PetscBool MPMUnlikely_load_pulls(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (pull < 0) return PETSC_FALSE;
     odd->ratio = PetscMax(odd->ratio, pull);
   }
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   (void)snprintf(odd->meant, MPM_WORDS, "%s",
                  bore                            ? "into its bore, as suction does"
                  : m->type->traits & MPM_PLASTIC ? "outward, which bears hardly any tension"
                                                  : "outward, against its weight");
-  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+  return odd->ratio > 0 && MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
 /* The strain by a load, in bending where the body is slender: 6 F L/(E H^2) at most, of a force over its longest side. */
@@ -218,7 +214,7 @@ PetscBool MPMUnlikely_load_gone(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = last > 1e-12 * size ? last / size : 0;
   MPMUnlikelyWrite(odd->other, end);
-  return size > 0 && swings < 0.1 * size ? MPMUnlikelyGiven("load", scene->loads[k].name, "_value", odd) : PETSC_FALSE;
+  return size > 0 && swings < 0.1 * size && MPMUnlikelyGiven("load", scene->loads[k].name, "_value", odd);
 }
 
 /* Do all particles on which a load on the volume acts lie within two cells of a fixed wall, of a body that is longer? */
@@ -247,8 +243,6 @@ PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMLoad *load = &look->scene->loads[k];
 
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   (void)snprintf(odd->meant, MPM_WORDS, MPMLoadIsOnVolume(load) ? "place" : "side");
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     const MPMWall type = MPMUnlikelyWall(look, face);
@@ -301,7 +295,6 @@ PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
         slope = -up * (p[n] - p[n - 1]) / step;
       }
   }
-  odd->ratio = 1;
   if (most < 0 && slope < -500 && slope > -3e4) {
     (void)snprintf(odd->other, MPM_WORDS, "it is negative, and pulls %s", look->scene->bodies[b].name);
     (void)snprintf(odd->meant, MPM_WORDS, "a pressure that presses is positive");
@@ -321,11 +314,8 @@ PetscBool MPMUnlikely_load_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad *load = &look->scene->loads[k];
 
   if (load->type != MPM_LOAD_TRACTION || MPMUnlikelyGiven("load", load->name, "_face", odd)) return PETSC_FALSE;
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
   (void)snprintf(odd->meant, MPM_WORDS, "-load_%.100s_face", load->name);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ") ? PETSC_TRUE
-                                                                                              : PETSC_FALSE;
+  return MPMUnlikelyGiven("load", load->name, "_value", odd) && !strpbrk(odd->value, "xyXYZ");
 }
 
 PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -343,7 +333,6 @@ PetscBool MPMUnlikely_load_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
       same += one == two && (!one || !strcasecmp(a.value, b.value));
     }
     if (same < sizeof options / sizeof options[0]) continue;
-    odd->ratio = 1;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->loads[l].name);
     (void)snprintf(odd->meant, MPM_WORDS, "%s", look->scene->loads[k].name);
     return PETSC_TRUE;
@@ -356,9 +345,8 @@ PetscBool MPMUnlikely_where_all(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMLoad *load = &look->scene->loads[k];
   const MPMBody *b    = &look->scene->bodies[load->body];
 
-  odd->ratio = load->where && load->n == b->n ? 1 : 0;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
-  return MPMLoadIsOnVolume(load) ? MPMUnlikelyGiven("load", load->name, "_where", odd) : PETSC_FALSE;
+  return MPMLoadIsOnVolume(load) && load->where && load->n == b->n &&
+         MPMUnlikelyGiven("load", load->name, "_where", odd);
 }
 
 PetscBool MPMUnlikely_load_yield(const MPMLook *look, PetscInt k, MPMOdd *odd)

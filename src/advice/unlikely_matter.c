@@ -1,8 +1,6 @@
 /* unlikely_matter.c - the rows of plausible.def of materials. */
 #include "advice/unlikely.h"
 
-/* --- Materials ---------------------------------------------------------------------------------------------------- */
-
 /* Returns the number of a material's option. */
 static PetscBool OfMaterial(const MPMLook *look, PetscInt k, const char word[], MPMOdd *odd, PetscReal *number)
 {
@@ -15,11 +13,6 @@ static void NameOther(const MPMMaterial *m, const char word[], MPMOdd *odd)
   (void)snprintf(odd->other, MPM_WORDS, "-material_%s_%s", m->name, word);
 }
 
-static PetscBool HasOption(const MPMMaterial *m, const char word[])
-{
-  return MPMListHas(m->type->parameters, word) ? PETSC_TRUE : PETSC_FALSE;
-}
-
 PetscBool MPMUnlikely_millimetres(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMMaterial *m = &look->scene->materials[k];
@@ -27,7 +20,7 @@ PetscBool MPMUnlikely_millimetres(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (!OfMaterial(look, k, "_rho", odd, &rho) || !MPMUnlikelyTonnes(m)) return PETSC_FALSE;
   odd->ratio = MPMUnlikelyExtent(look, k, -1);
-  NameOther(m, HasOption(m, "E") ? "E" : HasOption(m, "K") ? "K" : "c0", odd);
+  NameOther(m, MPMListHas(m->type->parameters, "E") ? "E" : MPMListHas(m->type->parameters, "K") ? "K" : "c0", odd);
   MPMUnlikelyWrite(odd->meant, 1e12 * rho);
   return PETSC_TRUE;
 }
@@ -48,9 +41,7 @@ PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   NameOther(&look->scene->materials[k], "rate_factor", odd);
   return OfMaterial(look, k, "_rate_factor", odd, &odd->ratio) &&
-                 OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1;
 }
 
 PetscBool MPMUnlikely_pulls_water(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -68,5 +59,5 @@ PetscBool MPMUnlikely_pulls_water(const MPMLook *look, PetscInt k, MPMOdd *odd)
       if (scene->bodies[b].material == k && face / 2 != look->down && !look->core->grid.periodic[face / 2] &&
           !(look->core->grid.round && !face) && MPMUnlikelyBeside(look, b, face) > 1)
         (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
-  return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+  return odd->other[0] != 0;
 }

@@ -1,5 +1,4 @@
 /* unlikely_motion.c - the rows of plausible.def of what does not meet, stand, flow or come to rest. */
-#include <strings.h>
 #include "advice/unlikely.h"
 
 PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -22,7 +21,6 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
         walls = PETSC_TRUE;
   odd->ratio = MPMUnlikelyBeside(look, k, 2 * down + up) - look->scene->walls.place[2 * down + up] / grid->h[down];
   (void)snprintf(odd->option, MPM_WORDS, "-body_%s_shape", b->name);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   (void)snprintf(odd->meant, MPM_WORDS, "%c = %.6g", "xyz"[down], (double)(up ? grid->upper[down] : grid->lower[down]));
   return walls;
 }
@@ -43,47 +41,41 @@ PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
       return PETSC_FALSE;
   for (PetscInt b = 0; b < all; b++) {
     const MPMBody *body = &scene->bodies[b];
-    PetscReal      lower[3], upper[3], gap = 0;
+    PetscReal      lower[3], upper[3];
 
     if (b == k || body->source.on || (b >= scene->nbodies && body->rigid == MPM_RIGID_NONE)) continue;
     MPMRegionBounds(&body->region, grid->dim, lower, upper);
-    for (PetscInt d = 0; d < grid->dim; d++)
-      gap = PetscMax(gap, MPMUnlikelyApart(look, d, look->lower[k], look->upper[k], lower, upper));
-    if (gap > 1) continue;
+    if (MPMUnlikelyGap(look, look->lower[k], look->upper[k], lower, upper) > 1) continue;
     if (!body->removed) return PETSC_FALSE;
     if (!body->rigid && (up ? upper[down] > look->upper[k][down] : lower[down] < look->lower[k][down]))
       lay = PETSC_TRUE;
   }
   odd->ratio = MPMUnlikelyBeside(look, k, 2 * down + up);
   (void)snprintf(odd->option, MPM_WORDS, "-stage_%.100s_remove", scene->stages[look->core->stages.now - 1]);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS,
                  MPMUnlikelyWall(look, 2 * down + up) == MPM_WALL_free ? "out of the grid" : "onto the wall %s",
                  MPMFaceNames[2 * down + up]);
   return lay;
 }
 
-PetscBool MPMUnlikely_rest_undamped(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_rest_undamped(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  odd->ratio = 1;
   return MPMUnlikelyGiven("time_rest", NULL, "", odd) && strtod(odd->value, NULL) > 0 && !MPMDampingIsOn(look->core) &&
-                 !look->core->implicit
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         !look->core->implicit;
 }
 
-PetscBool MPMUnlikely_check_walls(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_check_walls(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  if (!MPMUnlikelyNumber("check_momentum", NULL, "", odd, &odd->ratio) || odd->ratio > 0.1) return PETSC_FALSE;
+  PetscReal most;
+
+  if (!MPMUnlikelyNumber("check_momentum", NULL, "", odd, &most) || !(most > 0 && most <= 0.1)) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     const MPMWall type = MPMUnlikelyWall(look, face);
 
     if (type != MPM_WALL_free && type != MPM_WALL_periodic && !odd->other[0])
       (void)snprintf(odd->other, MPM_WORDS, "the wall -bc_%.8s_type %.40s", MPMFaceNames[face], MPMWallNames[type]);
   }
-  return odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+  return odd->other[0] != 0;
 }
 
 /* The steepest long edge at the top of a polygon of soil that starts at rest, or is to settle: its tangent, over that of
@@ -113,7 +105,6 @@ PetscBool MPMUnlikely_steep(const MPMLook *look, PetscInt k, MPMOdd *odd)
     angle = PetscAtanReal(dy / dx);
   }
   odd->ratio = PetscTanReal(angle) / acts;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   MPMUnlikelyWrite(odd->meant, angle * 180 / PETSC_PI);
   return MPMUnlikelyGiven("material", m->name, "_friction_angle", odd);
 }

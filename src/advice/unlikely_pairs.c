@@ -13,10 +13,8 @@ static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at
   const MPMGrid   *grid = &look->core->grid;
   const MPMRegion *A = &look->scene->bodies[a].region, *B = &look->scene->bodies[b].region;
   const PetscBool  shapes = !look->scene->bodies[a].points && !look->scene->bodies[b].points &&
-                                   MPMRegionHasDistance(A) && MPMRegionHasDistance(B)
-                                ? PETSC_TRUE
-                                : PETSC_FALSE;
-  PetscReal        least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
+                           MPMRegionHasDistance(A) && MPMRegionHasDistance(B);
+  PetscReal least = PETSC_MAX_REAL, lower[3], upper[3], x[3] = {0}, n[3];
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     const PetscReal far = TOUCH * grid->h[d];
@@ -35,7 +33,7 @@ static PetscBool Touch(const MPMLook *look, PetscInt a, PetscInt b, PetscReal at
     least = far;
     for (PetscInt d = 0; d < grid->dim; d++) at[d] = x[d];
   }
-  return least < 2 * TOUCH * MPMGridSmallestH(grid) ? PETSC_TRUE : PETSC_FALSE;
+  return least < 2 * TOUCH * MPMGridSmallestH(grid);
 }
 
 /* Body k and a later one that it touches, whose velocities differ there by a part of them, though both are of one piece. */
@@ -62,8 +60,7 @@ PetscBool MPMUnlikely_glued(const MPMLook *look, PetscInt k, MPMOdd *odd)
       for (int j = 0; j < 2; j++) size[j] += v[j][d] * v[j][d];
     }
     if (!good || !(PetscSqrtReal(differ) > 0.05 * PetscSqrtReal(PetscMax(body[0]->v2, body[1]->v2)))) continue;
-    mover      = size[1] > size[0];
-    odd->ratio = 1;
+    mover = size[1] > size[0];
     (void)snprintf(odd->other, MPM_WORDS, "%.60s", body[mover]->name);
     (void)snprintf(odd->meant, MPM_WORDS, "%.60s", body[!mover]->name);
     return MPMUnlikelyGiven("body", body[mover]->name, "_velocity", odd);
@@ -82,7 +79,7 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
   if (look->g > 0 || scene->nloads || scene->acceleration || grid->periodic[d]) return PETSC_TRUE;
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const MPMWall   type  = MPMUnlikelyWall(look, face);
-    const PetscBool ahead = face == 2 * d + (sign > 0) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool ahead = face == 2 * d + (sign > 0);
 
     if (ahead && MPMWallHas(type, MPM_WALL_NORMAL)) return PETSC_TRUE; /* it may come there */
     if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) && MPMUnlikelyBeside(look, k, face) < NEAR)
@@ -92,14 +89,10 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
       return PETSC_TRUE; /* such a wall does not let go */
   }
   for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
-    PetscReal lower[3], upper[3], gap = -1;
+    const PetscReal *lower = look->lower[b], *upper = look->upper[b];
+    PetscReal        gap = -1;
 
     if (b == k || (b >= scene->nbodies && scene->bodies[b].rigid == MPM_RIGID_NONE)) continue;
-    MPMRegionBounds(&scene->bodies[b].region, grid->dim, lower, upper);
-    for (PetscInt e = 0; e < grid->dim && b < scene->nbodies; e++) {
-      lower[e] = look->lower[b][e];
-      upper[e] = look->upper[b][e];
-    }
     for (PetscInt e = 0; e < grid->dim; e++)
       if (e != d) gap = PetscMax(gap, MPMUnlikelyApart(look, e, low, high, lower, upper));
     if (gap < NEAR && (sign > 0 ? upper[d] > high[d] + 1e-9 * grid->h[d] : lower[d] < low[d] - 1e-9 * grid->h[d]))
@@ -109,21 +102,20 @@ static PetscBool Holds(const MPMLook *look, PetscInt k, PetscInt d, PetscReal si
 }
 
 /* Finds a body that what has such a box touches and pushes along d by its way, with nothing that holds it. */
-static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt d, PetscReal way, MPMOdd *odd)
+static PetscBool Pushes(const MPMLook *look, const PetscReal lower[], const PetscReal upper[], PetscInt d,
+                        PetscReal way, MPMOdd *odd)
 {
-  const MPMGrid  *grid = &look->core->grid;
   const PetscReal sign = way > 0 ? 1 : -1;
 
   if (look->core->stages.n > 1 || look->core->step || look->scene->known || look->core->params.deletes)
     return PETSC_FALSE;
   for (PetscInt k = 0; k < look->scene->nbodies; k++) {
     const PetscReal *low = look->lower[k], *high = look->upper[k];
-    PetscReal        gap = -1;
 
-    for (PetscInt e = 0; e < grid->dim; e++) gap = PetscMax(gap, MPMUnlikelyApart(look, e, low, high, box[0], box[1]));
-    if (look->scene->bodies[k].removed || look->scene->bodies[k].v2 > 0 || !(gap < NEAR)) continue;
-    if (sign * (0.5 * (low[d] + high[d]) - (sign > 0 ? box[1][d] : box[0][d])) < 0 || Holds(look, k, d, sign)) continue;
-    odd->ratio = PetscAbsReal(way) / grid->h[d];
+    if (look->scene->bodies[k].removed || look->scene->bodies[k].v2 > 0 ||
+        !(MPMUnlikelyGap(look, low, high, lower, upper) < NEAR) ||
+        sign * (0.5 * (low[d] + high[d]) - (sign > 0 ? upper[d] : lower[d])) < 0 || Holds(look, k, d, sign))
+      continue;
     (void)snprintf(odd->other, MPM_WORDS, "%.60s", look->scene->bodies[k].name);
     (void)snprintf(odd->meant, MPM_WORDS, "-bc_%.8s_type", MPMFaceNames[2 * d + (sign > 0)]);
     return PETSC_TRUE;
@@ -134,14 +126,15 @@ static PetscBool Pushes(const MPMLook *look, const PetscReal box[2][3], PetscInt
 PetscBool MPMUnlikely_pushes_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-  PetscReal      box[2][3], most;
+  PetscReal      most;
 
   if (b->rigid != MPM_RIGID_MOVING || !b->velocity || b->tied) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, look->core->grid.dim, box[0], box[1]);
   for (PetscInt d = 0; d < look->core->grid.dim; d++) {
     const PetscReal way = MPMUnlikelyAdvance(look, b->velocity, d, 0, 1, &most);
 
-    if (way != 0 && Pushes(look, box, d, way, odd)) return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
+    if (way != 0 &&
+        Pushes(look, look->lower[look->scene->nbodies + k], look->upper[look->scene->nbodies + k], d, way, odd))
+      return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
   }
   return PETSC_FALSE;
 }
@@ -161,6 +154,6 @@ PetscBool MPMUnlikely_piston_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd
     box[1][e] = e == d ? (side ? grid->upper[e] + 1e3 * grid->h[e] : plane) : grid->upper[e];
   }
   way = MPMUnlikelyAdvance(look, look->scene->wall_velocity[k], 0, f->velocity[d], 1, &most);
-  if (!((side ? -way : way) > 0) || !Pushes(look, box, d, way, odd)) return PETSC_FALSE;
+  if (!((side ? -way : way) > 0) || !Pushes(look, box[0], box[1], d, way, odd)) return PETSC_FALSE;
   return MPMUnlikelyGiven("bc", MPMFaceNames[k], "_velocity", odd);
 }

@@ -47,7 +47,7 @@ static PetscBool IsAtRest(const MPMLook *look)
 {
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (look->scene->bodies[b].v2 > 0 || look->scene->bodies[b].source.on) return PETSC_FALSE;
-  return look->scene->forced || look->scene->known || look->core->stages.n > 1 ? PETSC_FALSE : PETSC_TRUE;
+  return !(look->scene->forced || look->scene->known || look->core->stages.n > 1);
 }
 
 /* What touches matter at the start and goes away from it meets nothing either; at a side matter may follow it. */
@@ -76,20 +76,17 @@ PetscBool MPMUnlikely_piston_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-/* Returns the rigid body k among the shapes, or NULL if that is none. */
 static const MPMBody *RigidBody(const MPMLook *look, PetscInt k)
 {
-  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-
-  return b->rigid == MPM_RIGID_NONE ? NULL : b;
+  return &look->scene->bodies[look->scene->nbodies + k];
 }
 
 /* Returns how far the box of a rigid body reaches from the point about which it turns, m. */
 static PetscReal Arm(const MPMLook *look, const MPMBody *b)
 {
-  PetscReal lower[3], upper[3], arm2 = 0;
+  const PetscReal *lower = look->lower[b - look->scene->bodies], *upper = look->upper[b - look->scene->bodies];
+  PetscReal        arm2 = 0;
 
-  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     arm2 += PetscSqr(PetscMax(upper[d] - b->pivot[d], b->pivot[d] - lower[d]));
   return PetscSqrtReal(arm2);
@@ -97,11 +94,10 @@ static PetscReal Arm(const MPMLook *look, const MPMBody *b)
 
 /* Damping that is on while a wall or a rigid body moves: the force m v/T on the matter that it moves along, over its
    weight. */
-PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_pushes(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   PetscReal most = 0, speed = 0;
 
-  (void)k;
   if (!(look->core->damping.time > 0) || !(look->g > 0)) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++)
     if (WallSpeed(look, face, odd, &speed) && speed > most) {
@@ -136,28 +132,27 @@ static const MPMMaterial *Material(const MPMLook *look, PetscBool densest)
   return m;
 }
 
-PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
+/* Compares the density of a rigid body with that of the lightest material, or of the densest. */
+static PetscBool Density(const MPMLook *look, PetscInt k, PetscBool densest, MPMOdd *odd)
 {
   const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = Material(look, PETSC_FALSE);
+  const MPMMaterial *m = Material(look, densest);
 
-  if (!b || !(b->rho > 0)) return PETSC_FALSE;
+  if (!(b->rho > 0)) return PETSC_FALSE;
   odd->ratio = b->rho / m->rho;
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  MPMUnlikelyWrite(odd->meant, 1000 * b->rho);
+  MPMUnlikelyWrite(odd->meant, densest ? b->rho / 1000 : 1000 * b->rho);
   return MPMUnlikelyGiven("body", b->name, "_rho", odd);
+}
+
+PetscBool MPMUnlikely_rigid_light(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  return Density(look, k, PETSC_FALSE, odd);
 }
 
 PetscBool MPMUnlikely_rigid_heavy(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody     *b = RigidBody(look, k);
-  const MPMMaterial *m = Material(look, PETSC_TRUE);
-
-  if (!b || !(b->rho > 0)) return PETSC_FALSE;
-  odd->ratio = b->rho / m->rho;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
-  MPMUnlikelyWrite(odd->meant, b->rho / 1000);
-  return MPMUnlikelyGiven("body", b->name, "_rho", odd);
+  return Density(look, k, PETSC_TRUE, odd);
 }
 
 PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -166,7 +161,7 @@ PetscBool MPMUnlikely_rigid_mass(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMMaterial *m = Material(look, PETSC_FALSE);
   MPMRigidMass       mass;
 
-  if (!b || !(b->mass > 0)) return PETSC_FALSE;
+  if (!(b->mass > 0)) return PETSC_FALSE;
   MPMRigidMassOf(&b->region, look->core->grid.dim, look->core->grid.round, &mass);
   odd->ratio = b->mass / (m->rho * mass.volume);
   (void)snprintf(odd->other, MPM_WORDS, "%s", m->name);
@@ -179,7 +174,7 @@ PetscBool MPMUnlikely_rigid_inertia(const MPMLook *look, PetscInt k, MPMOdd *odd
   const PetscInt dim = look->core->grid.dim;
   MPMRigidMass   mass;
 
-  if (!b || !(b->inertia[0] > 0)) return PETSC_FALSE;
+  if (!(b->inertia[0] > 0)) return PETSC_FALSE;
   MPMRigidMassOf(&b->region, dim, look->core->grid.round, &mass);
   odd->ratio = 0;
   for (PetscInt d = 0; d < (dim == 3 ? 3 : 1); d++) {
@@ -195,9 +190,9 @@ PetscBool MPMUnlikely_rigid_inertia(const MPMLook *look, PetscInt k, MPMOdd *odd
 PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody   *b = RigidBody(look, k);
-  const MPMFormula f = {b ? b->velocity : NULL, look->core->grid.dim, -1, "body", NULL, "_velocity"};
+  const MPMFormula f = {b->velocity, look->core->grid.dim, -1, "body", NULL, "_velocity"};
 
-  if (!b || !MPMUnlikelyGiven("body", b->name, "_velocity", odd)) return PETSC_FALSE;
+  if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd)) return PETSC_FALSE;
   odd->ratio = MPMUnlikelySize(look, &f) / look->c;
   WriteWave(look, odd);
   return PETSC_TRUE;
@@ -205,28 +200,27 @@ PetscBool MPMUnlikely_rigid_fast(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_rigid_spin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody   *b = RigidBody(look, k);
-  const MPMFormula f = {b ? b->spin : NULL, look->core->grid.dim == 3 ? 3 : 1, -1, "body", NULL, "_spin"};
-  PetscReal        lower[3], upper[3], size = 0, spin;
+  const MPMBody   *b     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  const MPMFormula f    = {b->spin, look->core->grid.dim == 3 ? 3 : 1, -1, "body", NULL, "_spin"};
+  PetscReal        size = 0, spin;
 
-  if (!b || !MPMUnlikelyGiven("body", b->name, "_spin", odd)) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
+  if (!MPMUnlikelyGiven("body", b->name, "_spin", odd)) return PETSC_FALSE;
   for (PetscInt d = 0; d < look->core->grid.dim; d++) size = PetscMax(size, 0.5 * (upper[d] - lower[d]));
   spin       = MPMUnlikelySize(look, &f);
   odd->ratio = spin * size / look->c;
   WriteWave(look, odd);
   MPMUnlikelyWrite(odd->meant, spin * PETSC_PI / 30);
-  return odd->ratio < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio < PETSC_MAX_REAL;
 }
 
 PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *b    = RigidBody(look, k);
-  const MPMGrid *grid = &look->core->grid;
-  PetscReal      lower[3], upper[3];
+  const MPMBody   *b     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  const MPMGrid   *grid = &look->core->grid;
 
-  if (!b || grid->dim == 1) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, grid->dim, lower, upper);
+  if (grid->dim == 1) return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
   for (PetscInt d = 0; d < grid->dim; d++) {
     if (!((upper[d] - lower[d]) / grid->h[d] < odd->ratio)) continue;
@@ -239,18 +233,16 @@ PetscBool MPMUnlikely_rigid_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_rigid_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody  *b = RigidBody(look, k);
-  const PetscInt  d = look->down, dim = look->core->grid.dim;
-  const PetscReal up = look->core->params.gravity[d] < 0 ? 1 : -1;
-  PetscReal       lower[3], upper[3];
+  const MPMBody   *b     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  const PetscInt   d  = look->down;
+  const PetscReal  up = look->core->params.gravity[d] < 0 ? 1 : -1;
 
-  if (!b || b->tied || !(look->g > 0) || !IsAtRest(look) || b->rigid != MPM_RIGID_FIXED) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, dim, lower, upper);
+  if (b->tied || !(look->g > 0) || !IsAtRest(look) || b->rigid != MPM_RIGID_FIXED) return PETSC_FALSE;
   odd->ratio = (up > 0 ? lower[d] - look->highest[d] : look->lowest[d] - upper[d]);
   odd->ratio /= look->core->grid.h[d];
   (void)snprintf(odd->other, MPM_WORDS, up > 0 ? "above" : "below");
-  return MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE
-                                                           : MPMUnlikelyGiven("body", b->name, "_rigid", odd);
+  return !(MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES)) && MPMUnlikelyGiven("body", b->name, "_rigid", odd);
 }
 
 PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -258,7 +250,7 @@ PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd
   const MPMBody *b = RigidBody(look, k);
   PetscReal      mu;
 
-  if (!b || b->rigid != MPM_RIGID_FREE || !MPMUnlikelyNumber("body", b->name, "_mu", odd, &mu)) return PETSC_FALSE;
+  if (b->rigid != MPM_RIGID_FREE || !MPMUnlikelyNumber("body", b->name, "_mu", odd, &mu)) return PETSC_FALSE;
   odd->ratio = 0;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     const MPMFace *wall = &look->scene->walls.given[face / 2][face % 2];
@@ -272,15 +264,14 @@ PetscBool MPMUnlikely_rigid_wall_mu(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *r    = RigidBody(look, k);
-  const MPMGrid *grid = &look->core->grid;
-  const PetscInt down = look->down;
-  PetscReal      lower[3], upper[3];
+  const MPMBody   *r     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  const MPMGrid   *grid = &look->core->grid;
+  const PetscInt   down = look->down;
 
-  if (!r || r->rigid != MPM_RIGID_FIXED || !(look->g > 0) || look->scene->forced || look->core->stages.now > 1 ||
+  if (r->rigid != MPM_RIGID_FIXED || !(look->g > 0) || look->scene->forced || look->core->stages.now > 1 ||
       look->core->step)
     return PETSC_FALSE;
-  MPMRegionBounds(&r->region, grid->dim, lower, upper);
   odd->ratio = PETSC_MAX_REAL;
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     PetscInt  apart = 0;
@@ -299,21 +290,20 @@ PetscBool MPMUnlikely_gap_rigid(const MPMLook *look, PetscInt k, MPMOdd *odd)
     odd->ratio = gap;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
   }
-  return odd->other[0] ? MPMUnlikelyGiven("body", r->name, "_shape", odd) : PETSC_FALSE;
+  return odd->other[0] && MPMUnlikelyGiven("body", r->name, "_shape", odd);
 }
 
 /* How many cells a rigid body that stays is above the floor, on which there is matter that flows. */
 PetscBool MPMUnlikely_gap_under(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *r    = RigidBody(look, k);
-  const MPMGrid *grid = &look->core->grid;
-  const PetscInt d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
-  PetscReal      lower[3], upper[3];
+  const MPMBody   *r     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  const MPMGrid   *grid = &look->core->grid;
+  const PetscInt   d = look->down, up = look->core->params.gravity[d] > 0, face = 2 * d + up;
 
-  if (!r || r->rigid != MPM_RIGID_FIXED || r->tied || !(look->g > 0) || look->core->stages.now > 1 ||
-      look->core->step || !MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_NORMAL))
+  if (r->rigid != MPM_RIGID_FIXED || r->tied || !(look->g > 0) || look->core->stages.now > 1 || look->core->step ||
+      !MPMWallHas(MPMUnlikelyWall(look, face), MPM_WALL_NORMAL))
     return PETSC_FALSE;
-  MPMRegionBounds(&r->region, grid->dim, lower, upper);
   odd->ratio = ((up ? grid->upper[d] - upper[d] : lower[d] - grid->lower[d]) - look->scene->walls.place[face]) /
                grid->h[d];
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
@@ -327,11 +317,11 @@ PetscBool MPMUnlikely_gap_under(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_pivot_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMBody *b = &look->scene->bodies[look->scene->nbodies + k];
-  PetscReal      lower[3], upper[3], size = 0, far = 0;
+  const MPMBody   *b     = RigidBody(look, k);
+  const PetscReal *lower = look->lower[look->scene->nbodies + k], *upper = look->upper[look->scene->nbodies + k];
+  PetscReal        size = 0, far = 0;
 
   if (b->rigid != MPM_RIGID_MOVING || !b->spin || !MPMUnlikelyGiven("body", b->name, "_pivot", odd)) return PETSC_FALSE;
-  MPMRegionBounds(&b->region, look->core->grid.dim, lower, upper);
   for (PetscInt d = 0; d < look->core->grid.dim; d++) {
     size = PetscMax(size, upper[d] - lower[d]);
     far  = PetscMax(far, PetscMax(lower[d] - b->pivot[d], b->pivot[d] - upper[d]));
@@ -354,7 +344,7 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     const MPMMaterial *m   = &look->scene->materials[look->scene->bodies[b].material];
     PetscReal          far = 0;
-    PetscBool may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0] ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool          may = PetscSqrtReal(look->scene->bodies[b].v2) * look->time->end > grid->h[0];
 
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscReal out = PetscMax(look->lower[b][d] - p->x[d], p->x[d] - look->upper[b][d]);
@@ -375,7 +365,6 @@ PetscBool MPMUnlikely_probe_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
 PetscBool MPMUnlikely_probe_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const MPMGrid   *grid = &look->core->grid;
   const char      *name = look->scene->probes[k];
   const PetscReal *x    = NULL;
 
@@ -385,11 +374,9 @@ PetscBool MPMUnlikely_probe_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!x || look->core->step) return PETSC_FALSE;
   odd->ratio = PETSC_MAX_REAL;
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
-    PetscReal far = 0;
+    const PetscReal far = MPMUnlikelyGap(look, x, x, look->lower[b], look->upper[b]);
 
-    for (PetscInt d = 0; d < grid->dim; d++)
-      far = PetscMax(far, MPMUnlikelyApart(look, d, x, x, look->lower[b], look->upper[b]));
-    odd->ratio = PetscMin(odd->ratio, far);
+    odd->ratio = PetscMin(odd->ratio, PetscMax(0, far));
   }
   return MPMUnlikelyGiven("probe", name, "_follow", odd);
 }

@@ -1,16 +1,11 @@
 /* unlikely_run.c - the rows of plausible.def of the run. */
 #include <ctype.h>
-#include <strings.h>
 #include "advice/unlikely.h"
 
-/* --- The run ------------------------------------------------------------------------------------------------------ */
-
-PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PETSC_UNUSED PetscInt k, PETSC_UNUSED MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
 
-  (void)k;
-  odd->ratio = 1;
   if (look->g > 0 || scene->forced || scene->known || scene->initial || look->core->step) return PETSC_FALSE;
   for (PetscInt b = 0; b < scene->nbodies; b++)
     if (scene->bodies[b].v2 > 0 || scene->bodies[b].points) return PETSC_FALSE;
@@ -18,14 +13,13 @@ PetscBool MPMUnlikely_nothing_moves(const MPMLook *look, PetscInt k, MPMOdd *odd
     if (scene->bodies[b].rigid == MPM_RIGID_MOVING ||
         (scene->bodies[b].rigid == MPM_RIGID_FREE && (scene->bodies[b].velocity || scene->bodies[b].spin)))
       return PETSC_FALSE;
-  return MPMWallsHave(&scene->walls, MPM_WALL_MOVES) ? PETSC_FALSE : PETSC_TRUE;
+  return !MPMWallsHave(&scene->walls, MPM_WALL_MOVES);
 }
 
-PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   PetscInt wall = -1;
 
-  (void)k;
   odd->ratio = PETSC_MAX_REAL;
   if (look->g > 0 || !look->scene->nloads || look->core->rigids.n) return PETSC_FALSE;
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
@@ -42,11 +36,11 @@ PetscBool MPMUnlikely_nothing_holds(const MPMLook *look, PetscInt k, MPMOdd *odd
 }
 
 /* Of a ring the axis of revolution is looked at alone: its hoops hold it along the other one. */
-PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
 
-  if (k || !MPMUnlikelyStatic(odd)) return PETSC_FALSE;
+  if (!MPMUnlikelyStatic(odd)) return PETSC_FALSE;
   (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[0].name);
   for (PetscInt a = grid->round ? 1 : 0; a < grid->dim; a++) {
     PetscReal least = PETSC_MAX_REAL;
@@ -67,18 +61,14 @@ PetscBool MPMUnlikely_nothing_bears(const MPMLook *look, PetscInt k, MPMOdd *odd
 
 /* In 3-D heights may be along any axis: gravity is then along another one than the last where that alone has a floor and
    no roof. */
-PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal *g   = look->core->params.gravity;
   const PetscInt   dim = look->core->grid.dim, last = dim - 1, a = look->down;
   const PetscBool  roof = MPMUnlikelyWall(look, 2 * a) != MPM_WALL_free &&
-                                 MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free
-                              ? PETSC_TRUE
-                              : PETSC_FALSE;
+                         MPMUnlikelyWall(look, 2 * a + 1) != MPM_WALL_free;
 
-  odd->ratio = 1;
-  if (k || !look->earth || dim == 1 || look->core->grid.round || a == last ||
-      PetscAbsReal(g[a]) < look->g * (1 - 1e-9) ||
+  if (!look->earth || dim == 1 || look->core->grid.round || a == last || PetscAbsReal(g[a]) < look->g * (1 - 1e-9) ||
       (dim == 3 && a != 0 &&
        !(roof && MPMUnlikelyWall(look, 2 * last) != MPM_WALL_free &&
          MPMUnlikelyWall(look, 2 * last + 1) == MPM_WALL_free)))
@@ -88,64 +78,59 @@ PetscBool MPMUnlikely_gravity_axis(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_gravity_two(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_two(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal *g = look->core->params.gravity;
   PetscInt         n = 0;
 
-  (void)k;
-  odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     n += PetscAbsReal(g[d]) > MPM_BOUND_earth_least && PetscAbsReal(g[d]) < MPM_BOUND_earth_most;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 3, g[d] / PetscSqrtReal((PetscReal)PetscMax(1, n)));
   MPMUnlikelyWrite(odd->other, look->g);
-  return n > 1 ? MPMUnlikelyGiven("gravity", NULL, "", odd) : PETSC_FALSE;
+  return n > 1 && MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_acceleration_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_acceleration_large(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[0].material];
   const PetscReal    size = MPMUnlikelyExtent(look, look->scene->bodies[0].material, -1);
   const MPMFormula   f    = MPMUnlikelyFormula(look, look->scene->nloads + 6);
 
-  (void)k;
   if (!look->scene->acceleration || look->scene->known) return PETSC_FALSE;
   odd->ratio = MPMUnlikelySize(look, &f) * m->rho * size / MPMUnlikelyModulus(m, PETSC_TRUE);
   (void)snprintf(odd->other, MPM_WORDS, "the modulus of %s", m->name);
   return MPMUnlikelyGiven("acceleration", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_acceleration_g(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_acceleration_g(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMFormula f = MPMUnlikelyFormula(look, look->scene->nloads + 6);
 
-  if (k || !look->scene->acceleration || look->scene->known || !(look->g > 0)) return PETSC_FALSE;
+  if (!look->scene->acceleration || look->scene->known || !(look->g > 0)) return PETSC_FALSE;
   odd->ratio = MPMUnlikelySize(look, &f) / look->g;
   MPMUnlikelyWrite(odd->other, look->g);
   return MPMUnlikelyGiven("acceleration", NULL, "", odd);
 }
 
 /* Metals and clay that flow in statics, on a basis that lets their volume hardly be kept. */
-PetscBool MPMUnlikely_locks(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_locks(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  if (k || look->core->grid.dim == 1 || look->core->params.box || MPMBasisIsSpline(look->core->basis) ||
+  if (look->core->grid.dim == 1 || look->core->params.box || MPMBasisIsSpline(look->core->basis) ||
       !MPMUnlikelyStatic(odd))
     return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++) {
     if (!(look->scene->materials[m].type->traits & MPM_ISOCHORIC)) continue;
-    odd->ratio = 1;
     (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->materials[m].name);
   }
-  return MPMUnlikelyGiven("method_basis", NULL, "", odd);
+  return odd->other[0] && MPMUnlikelyGiven("method_basis", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_tension_start(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscInt dim = look->core->grid.dim;
   char          *at;
 
-  (void)k;
   if (look->core->step || look->core->stages.now > 1 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) ||
       strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
@@ -157,10 +142,10 @@ PetscBool MPMUnlikely_tension_start(const MPMLook *look, PetscInt k, MPMOdd *odd
       odd->ratio += d == e ? strtod(at, &at) : (strtod(at, &at), 0);
       at += strspn(at, ", ");
     }
-  return PETSC_TRUE;
+  return odd->ratio > 0;
 }
 
-PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscInt dim  = look->core->grid.dim;
   PetscReal      a[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, dot = 0, size2 = 0, x[3];
@@ -176,7 +161,7 @@ PetscBool MPMUnlikely_gravity_twice(const MPMLook *look, PetscInt k, MPMOdd *odd
   }
   odd->ratio = size2 < 1.02 * look->g * look->g ? dot / (look->g * look->g) : 0;
   (void)snprintf(odd->other, MPM_WORDS, "%.150s", gravity.value);
-  return MPMUnlikelyGiven("acceleration", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("acceleration", NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -185,7 +170,7 @@ PetscBool MPMUnlikely_gravity_cancelled(const MPMLook *look, PetscInt k, MPMOdd 
 }
 
 /* A steady -acceleration along a periodic axis, in the mean over all places, where nothing takes its force. */
-PetscBool MPMUnlikely_unresisted(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_unresisted(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene  *scene   = look->scene;
   const MPMGrid   *grid    = &look->core->grid;
@@ -194,7 +179,6 @@ PetscBool MPMUnlikely_unresisted(const MPMLook *look, PetscInt k, MPMOdd *odd)
   PetscReal        mean[3] = {0}, x[3];
   PetscInt         n       = 0, along;
 
-  (void)k;
   if (!f.value || scene->nloads || scene->nbodies > 1 || look->core->rigids.n || look->core->stages.n ||
       MPMDampingIsOn(look->core) || !MPMUnlikelySteady(look, &f))
     return PETSC_FALSE;
@@ -212,7 +196,7 @@ PetscBool MPMUnlikely_unresisted(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (along == dim) return PETSC_FALSE;
   odd->ratio = PetscAbsReal(mean[along]) / n * look->time->end;
   (void)snprintf(odd->other, MPM_WORDS, "%c", "xyz"[along]);
-  return MPMUnlikelyGiven("acceleration", NULL, "", odd);
+  return odd->ratio > 0 && MPMUnlikelyGiven("acceleration", NULL, "", odd);
 }
 
 /* Returns the angle of a wave of which so many degrees may be meant within a time, as in 90*t/0.06), or 0; *end: after it. */
@@ -227,13 +211,13 @@ static PetscReal InTime(const char number[], char **end)
 }
 
 /* Finds a function of an angle of a plain number in the options, as in tan(20), or of one of such a wave. */
-PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   static const char *const functions[] = {"sin(", "cos(", "tan("};
   char                    *text        = NULL, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
 
   (void)look;
-  if (k || MPMOptionsText(&text)) return PETSC_FALSE;
+  if (MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && MPMOptionsNext(&at, name, value);)
     for (size_t f = 0; f < sizeof functions / sizeof functions[0]; f++)
       for (const char *v = value; (v = strstr(v, functions[f])); v++) {
@@ -251,52 +235,45 @@ PetscBool MPMUnlikely_angle_in_formula(const MPMLook *look, PetscInt k, MPMOdd *
         (void)snprintf(odd->meant, MPM_WORDS, "%.*s*pi/180)", (int)(end - v), v);
       }
   (void)PetscFree(text);
-  return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return odd->ratio > 0;
 }
 
-PetscBool MPMUnlikely_grid_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_grid_large(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
 
-  (void)k;
   for (PetscInt d = 0; d < grid->dim; d++)
     odd->ratio = PetscMax(odd->ratio, (look->highest[d] - look->lowest[d]) / (grid->upper[d] - grid->lower[d]));
   return MPMUnlikelyGiven("grid_upper", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_cells_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_cells_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
 
-  (void)k;
   for (PetscInt d = 0; d < grid->dim; d++) odd->ratio = PetscMax(odd->ratio, grid->h[d] / MPMGridSmallestH(grid));
-  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd) ? PETSC_TRUE
-                                                                                                    : PETSC_FALSE;
+  return MPMUnlikelyGiven("grid_cells", NULL, "", odd) || MPMUnlikelyGiven("grid_h", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_dampings(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_dampings(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "-damping_kinetic");
-  return MPMUnlikelyGiven("damping_time", NULL, "", odd) && look->core->damping.kinetic ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("damping_time", NULL, "", odd) && look->core->damping.kinetic;
 }
 
-PetscBool MPMUnlikely_damping_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_short(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal crosses = MPMUnlikelyExtent(look, -1, -1) / look->c;
 
-  (void)k;
   odd->ratio = look->core->damping.time / crosses;
   MPMUnlikelyWrite(odd->meant, 0.3 * crosses);
   return MPMUnlikelyGiven("damping_time", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_damping_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal length = look->time->end - look->core->stages.began;
 
-  (void)k;
   if (!(length > 0)) return PETSC_FALSE;
   odd->ratio = look->core->damping.time / length;
   MPMUnlikelyWrite(odd->meant, 0.3 * MPMUnlikelyExtent(look, -1, -1) / look->c);
@@ -316,13 +293,11 @@ static PetscBool IsBraked(const MPMLook *look, PetscInt b)
     return PETSC_FALSE;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     if (d != look->down) across = PetscMax(across, PetscAbsReal(v[d]));
-  return across > PetscAbsReal(v[look->down]) ? PETSC_TRUE : PETSC_FALSE;
+  return across > PetscAbsReal(v[look->down]);
 }
 
-PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  odd->ratio = 1;
   if (!MPMDampingIsOn(look->core)) return PETSC_FALSE;
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
     if (IsBraked(look, b)) {
@@ -332,13 +307,11 @@ PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PetscInt k, MPMOdd *od
   return PETSC_FALSE;
 }
 
-PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  odd->ratio = look->monitor->check_energy;
-  if (look->core->energy.on) return PETSC_FALSE;
+  if (look->core->energy.on || !(look->monitor->check_energy > 0)) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (look->scene->materials[m].type->traits & MPM_PLASTIC)
       (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->materials[m].name);
-  return MPMUnlikelyGiven("check_energy", NULL, "", odd) && odd->other[0] ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("check_energy", NULL, "", odd) && odd->other[0];
 }

@@ -15,27 +15,24 @@ static PetscBool OfSources(const MPMLook *look, const char word[], MPMOdd *odd)
       *odd = other;
   MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
   odd->ratio /= MPMUnlikelyEnd(look);
-  return MPMUnlikelyEnd(look) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyEnd(look) > 0;
 }
 
-PetscBool MPMUnlikely_source_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_late(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   return OfSources(look, "_from", odd);
 }
 
-PetscBool MPMUnlikely_source_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   return OfSources(look, "_to", odd);
 }
 
-PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_full(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid = &look->core->grid;
   PetscReal      room = 1, all = 0, most = 0, to;
 
-  (void)k;
   if (look->core->params.deletes) return PETSC_FALSE;
   for (PetscInt d = 0; d < grid->dim; d++) room *= grid->upper[d] - grid->lower[d];
   for (PetscInt j = 0; j < look->scene->nfilled; j++) {
@@ -53,7 +50,7 @@ PetscBool MPMUnlikely_source_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   (void)snprintf(odd->other, MPM_WORDS, "%.3g m^3", (double)all);
   odd->ratio = room > 0 ? all / room : 0;
-  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0;
 }
 
 /* Follows what flows in first, in free flight; returns the open face through which it leaves the grid before it meets a body or a
@@ -75,8 +72,7 @@ static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *t
 
     for (PetscInt d = 0; d < grid->dim; d++) way[d] = (s->v[d] + 0.5 * look->core->params.gravity[d] * t) * t;
     for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++) {
-      const PetscBool rigid = b >= scene->nbodies ? PETSC_TRUE : PETSC_FALSE;
-      PetscReal       box[2][3];
+      const PetscBool rigid = b >= scene->nbodies;
       PetscBool       meets = PETSC_TRUE;
 
       if (b == source || scene->bodies[b].removed || scene->bodies[b].source.on ||
@@ -84,13 +80,9 @@ static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *t
         continue;
       if (rigid && scene->bodies[b].rigid != MPM_RIGID_FIXED) return -1; /* it may come to any place */
       *things = PETSC_TRUE;
-      if (rigid) MPMRegionBounds(&scene->bodies[b].region, grid->dim, box[0], box[1]);
-      for (PetscInt d = 0; d < grid->dim; d++) {
-        const PetscReal least = rigid ? box[0][d] : look->lower[b][d], most = rigid ? box[1][d] : look->upper[b][d];
-
-        meets = meets && lower[d] + way[d] < most + grid->h[d] && upper[d] + way[d] > least - grid->h[d] ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
-      }
+      for (PetscInt d = 0; d < grid->dim; d++)
+        meets = meets && lower[d] + way[d] < look->upper[b][d] + grid->h[d] &&
+                upper[d] + way[d] > look->lower[b][d] - grid->h[d];
       if (meets) return -1;
     }
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
@@ -109,13 +101,13 @@ static PetscInt LeavesThrough(const MPMLook *look, PetscInt source, PetscBool *t
 }
 
 /* What flows in against gravity pushes what has flowed in before, so that it comes farther than a free flight. */
-PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_up(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMGrid  *grid = &look->core->grid;
   const PetscInt  d = look->down, up = 2 * d + (look->core->params.gravity[d] < 0);
   const PetscBool deletes = look->core->params.deletes;
 
-  for (PetscInt b = 0; b < look->scene->nbodies && !k; b++) {
+  for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     const MPMSource *s      = &look->scene->bodies[b].source;
     MPMRegion        front  = look->scene->bodies[b].region;
     PetscBool        things = PETSC_FALSE;
@@ -143,9 +135,8 @@ PetscBool MPMUnlikely_source_up(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_thin(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   for (PetscInt b = 0; b < look->scene->nbodies; b++) {
     const MPMSource *s = &look->scene->bodies[b].source;
 
@@ -157,12 +148,12 @@ PetscBool MPMUnlikely_source_thin(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_source_in(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
   const PetscInt  dim   = look->core->grid.dim;
 
-  if (k || !MPMUnlikelyStarts(look)) return PETSC_FALSE;
+  if (!MPMUnlikelyStarts(look)) return PETSC_FALSE;
   for (PetscInt s = 0; s < scene->nbodies; s++) {
     MPMRegion front = scene->bodies[s].region;
     PetscReal lower[3], upper[3], x[3] = {0};
@@ -182,5 +173,5 @@ PetscBool MPMUnlikely_source_in(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
   }
-  return odd->option[0] ? PETSC_TRUE : PETSC_FALSE;
+  return odd->option[0] != 0;
 }

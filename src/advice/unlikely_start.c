@@ -19,7 +19,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
   for (PetscInt d = 0; d < grid->dim; d++) size = PetscMax(size, PetscAbsReal(v[d]));
   for (PetscInt face = 0; face < 2 * grid->dim; face++) {
     const PetscInt  d      = face / 2;
-    const PetscBool axis   = grid->round && !face && grid->lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool axis   = grid->round && !face && grid->lower[0] == 0;
     const PetscReal beyond = face % 2 ? upper[d] - grid->upper[d] : grid->lower[d] - lower[d];
     PetscBool       away;
 
@@ -31,8 +31,7 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
          !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material])) &&
         !(beyond > 0.25 * (look->upper[k][d] - look->lower[k][d])))
       continue;
-    odd->ratio = 1;
-    away       = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size ? PETSC_TRUE : PETSC_FALSE;
+    away = !axis && (face % 2 ? v[d] : -v[d]) < 0 && PetscAbsReal(v[d]) == size;
     (void)snprintf(odd->other, MPM_WORDS,
                    axis ? "%.60s %s the axis of revolution" : "%.60s %s the wall -bc_%s_type slip",
                    look->scene->bodies[k].name, away ? "away from" : "across", MPMFaceNames[face]);
@@ -65,18 +64,18 @@ PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   if (open < 0 || !walls) return PETSC_FALSE;
   (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[open]);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikely_shape_full(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  PetscBool open = PETSC_FALSE;
+
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
     if (look->core->grid.periodic[face / 2] || MPMUnlikelyBeside(look, k, face) > 0.5) return PETSC_FALSE;
-    if (MPMUnlikelyWall(look, face) == MPM_WALL_free) odd->ratio = 1;
+    if (MPMUnlikelyWall(look, face) == MPM_WALL_free) open = PETSC_TRUE;
   }
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
-  return MPMUnlikelyGiven("body", look->scene->bodies[k].name, "_expression", odd);
+  return open && MPMUnlikelyGiven("body", look->scene->bodies[k].name, "_expression", odd);
 }
 
 PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -94,20 +93,19 @@ PetscBool MPMUnlikely_start_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
     if (J > 0 && PetscMax(J, 1 / J) > PetscMax(most, 1 / most)) most = J;
   }
   odd->ratio = PetscMax(most, 1 / most);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   MPMUnlikelyWrite(odd->meant, most);
   return MPMUnlikelyGiven("body", b->name, "_deformation", odd);
 }
 
 /* The largest vertical stress by a formula, over the stress by the weight; stresses that are the same at all heights
    need not follow from it. */
-PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_stress_small(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene *scene = look->scene;
   const PetscInt  dim = look->core->grid.dim, down = look->down;
   PetscReal       x[3] = {0}, most = 0, weight = 0;
 
-  if (k || !MPMUnlikelyStarts(look) || !(look->g > 0) || MPMUnlikelyGravity(look->core, scene) ||
+  if (!MPMUnlikelyStarts(look) || !(look->g > 0) || MPMUnlikelyGravity(look->core, scene) ||
       MPMInitialGravity(scene) > 0 || !MPMUnlikelyGiven("initial_stress", NULL, "", odd) || !scene->initial ||
       !strchr(odd->value, "xyz"[down]))
     return PETSC_FALSE;
@@ -124,7 +122,7 @@ PetscBool MPMUnlikely_stress_small(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   odd->ratio = most / weight;
   (void)snprintf(odd->other, MPM_WORDS, "the stress by the weight, %.3g Pa, rho g H", (double)weight);
-  return most > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return most > 0;
 }
 
 PetscBool MPMUnlikely_stress_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -168,9 +166,7 @@ static PetscBool ByHeight(const MPMLook *look, MPMOdd *odd)
       (MPMUnlikely_stress_small(look, 0, &size) && (size.ratio < 5e-3 || size.ratio > 200)))
     return PETSC_FALSE;
   return MPMUnlikelyGiven("initial_stress", NULL, "", odd) &&
-                 strchr(odd->value, "xyz"[look->g > 0 ? look->down : dim - 1])
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         strchr(odd->value, "xyz"[look->g > 0 ? look->down : dim - 1]);
 }
 
 /* The force out of balance by a formula, per volume and on average, over the weight or, if that is larger, what the formula
@@ -215,12 +211,10 @@ static PetscBool IsCovered(const MPMLook *look, const PetscReal x[])
   const MPMGrid *grid = &look->core->grid;
 
   for (PetscInt b = look->scene->nbodies; b < look->scene->nbodies + look->scene->nshapes; b++) {
-    PetscReal lower[3], upper[3];
-    PetscBool over = look->scene->bodies[b].rigid != MPM_RIGID_NONE ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool over = look->scene->bodies[b].rigid != MPM_RIGID_NONE;
 
-    MPMRegionBounds(&look->scene->bodies[b].region, grid->dim, lower, upper);
     for (PetscInt d = 0; d < grid->dim; d++)
-      over = over && x[d] > lower[d] - grid->h[d] && x[d] < upper[d] + grid->h[d] ? PETSC_TRUE : PETSC_FALSE;
+      over = over && x[d] > look->lower[b][d] - grid->h[d] && x[d] < look->upper[b][d] + grid->h[d];
     if (over) return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -249,7 +243,6 @@ PetscBool MPMUnlikely_stress_top(const MPMLook *look, PetscInt k, MPMOdd *odd)
       most = stress;
   }
   odd->ratio = PetscAbsReal(most) / weight;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
   MPMUnlikelyWrite(odd->meant, most);
   return PETSC_TRUE;
 }
@@ -283,11 +276,10 @@ PetscBool MPMUnlikely_load_stress(const MPMLook *look, PetscInt k, MPMOdd *odd)
       if (has == 0 || (acts / has > 0.2 && acts / has < 5)) return PETSC_FALSE;
     }
   }
-  odd->ratio = has != 0 ? 1 : 0;
   (void)snprintf(odd->other, MPM_WORDS,
                  "presses %s with %.3g Pa at the start, and its -initial_stress there with %.3g Pa",
                  look->scene->bodies[b].name, (double)acts, (double)has);
-  return PETSC_TRUE;
+  return has != 0;
 }
 
 /* A friction wall, the only one, on which neither weight nor a velocity presses the bodies. */
@@ -309,7 +301,6 @@ PetscBool MPMUnlikely_friction_idle(const MPMLook *look, PetscInt face, MPMOdd *
         (scene->bodies[b].v2 > 0 && !MPMUnlikelyVelocity(look, b, odd, v)) || out * v[face / 2] > 0)
       return PETSC_FALSE;
   }
-  odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[0].name);
   return MPMUnlikelyGiven("bc", MPMFaceNames[face], "_type", odd);
 }

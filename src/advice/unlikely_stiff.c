@@ -7,9 +7,7 @@
 static PetscBool IsStiff(const MPMMaterial *m)
 {
   return !(m->type->traits & (MPM_FLUID | MPM_PLASTIC | MPM_LOOSE)) && m->rho > 100 && m->rho < 3e4 &&
-                 MPMUnlikelyModulus(m, PETSC_TRUE) > 1e9
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         MPMUnlikelyModulus(m, PETSC_TRUE) > 1e9;
 }
 
 PetscBool MPMUnlikely_load_stiff(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -43,6 +41,5 @@ PetscBool MPMUnlikely_speed_stiff(const MPMLook *look, PetscInt k, MPMOdd *odd)
     odd->ratio = PetscMax(odd->ratio, PetscSqrtReal(far2));
   }
   odd->ratio /= PetscSqrtReal(MPMUnlikelyModulus(m, PETSC_TRUE) / m->rho);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   return PETSC_TRUE;
 }

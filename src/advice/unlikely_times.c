@@ -1,5 +1,4 @@
 /* unlikely_times.c - the rows of plausible.def of the run that are about times: its end, its steps, tables, sources, output. */
-#include <strings.h>
 #include "advice/unlikely.h"
 #include "options/reader.h"
 
@@ -46,12 +45,12 @@ static PetscReal Longest(const MPMLook *look, PetscReal *whole, char text[MPM_WO
   return longest;
 }
 
-PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_end_far(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal left = look->time->end - PetscMax(look->core->t, look->core->stages.began);
   PetscReal       whole, longest;
 
-  if (look->core->implicit || look->scene->known || k) return PETSC_FALSE;
+  if (look->core->implicit || look->scene->known) return PETSC_FALSE;
   for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++) {
     const MPMFormula f = MPMUnlikelyFormula(look, j);
 
@@ -64,12 +63,12 @@ PetscBool MPMUnlikely_end_far(const MPMLook *look, PetscInt k, MPMOdd *odd)
 }
 
 /* A number of steps that stands in a file, and is forgotten there; on the command line it is meant. */
-PetscBool MPMUnlikely_end_cut(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_end_cut(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal dt = look->time->fixed > 0 ? look->time->fixed : look->dt, left = look->time->end - look->core->t;
   char            place[MPM_TEXT_LEN];
 
-  if (k || !(left > 0) || look->time->max_steps == PETSC_MAX_INT) return PETSC_FALSE;
+  if (!(left > 0) || look->time->max_steps == PETSC_MAX_INT) return PETSC_FALSE;
   odd->ratio = (PetscReal)look->time->max_steps * dt / look->time->end;
   MPMUnlikelyWrite(odd->other, look->time->end);
   if (!MPMUnlikelyGiven("time_max_steps", NULL, "", odd)) return PETSC_FALSE;
@@ -89,66 +88,44 @@ PetscBool MPMUnlikely_steps_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return look->core->stages.n ? MPMUnlikelyGiven("stages", NULL, "", odd) : MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_end_zero(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_end_zero(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   odd->ratio = look->time->end;
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_end_late(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_end_late(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
   odd->ratio = look->seconds < MPM_BOUND_year ? look->seconds : 0;
   MPMTimeWords(look->seconds, odd->other);
   MPMUnlikelyWrite(odd->meant, look->time->end * look->c / MPMUnlikelyExtent(look, -1, -1));
-  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("time_end", NULL, "", odd) && !look->core->implicit;
 }
 
-PetscBool MPMUnlikely_step_long(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_step_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  (void)k;
-  if (!MPMUnlikelyNumber("dt_size", NULL, "", odd, &odd->ratio) || !(look->time->end > 0)) return PETSC_FALSE;
-  MPMUnlikelyWrite(odd->other, look->time->end);
-  odd->ratio /= look->time->end;
-  return PETSC_TRUE;
+  return MPMUnlikelyOver("dt_size", look->time->end, odd);
 }
 
-PetscBool MPMUnlikely_step_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_step_short(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  const PetscReal crosses = MPMGridSmallestH(&look->core->grid) / look->c;
-
-  (void)k;
-  if (MPMUnlikelyStatic(odd)) return PETSC_FALSE; /* no waves */
-  if (!MPMUnlikelyNumber("dt_size", NULL, "", odd, &odd->ratio) || look->core->status.v2 > look->c * look->c)
-    return PETSC_FALSE;
-  MPMUnlikelyWrite(odd->other, crosses);
-  odd->ratio /= crosses;
-  return PETSC_TRUE;
+  if (MPMUnlikelyStatic(odd) || look->core->status.v2 > look->c * look->c) return PETSC_FALSE; /* no waves */
+  return MPMUnlikelyOver("dt_size", MPMGridSmallestH(&look->core->grid) / look->c, odd);
 }
 
-PetscBool MPMUnlikely_output_none(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_output_none(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   static const char *const options[] = {"output_every", "history_every", "checkpoint_every"};
 
-  (void)k;
-  if (look->core->implicit || !(look->time->end > 0)) return PETSC_FALSE;
-  for (size_t j = 0; j < sizeof options / sizeof options[0]; j++) {
-    PetscReal every;
-
-    if (!MPMUnlikelyNumber(options[j], NULL, "", odd, &every) || every <= MPMUnlikelyEnd(look)) continue;
-    odd->ratio = every / MPMUnlikelyEnd(look);
-    MPMUnlikelyWrite(odd->other, MPMUnlikelyEnd(look));
-    return PETSC_TRUE;
-  }
+  for (size_t j = 0; j < sizeof options / sizeof options[0] && !look->core->implicit; j++)
+    if (MPMUnlikelyOver(options[j], MPMUnlikelyEnd(look), odd) && odd->ratio > 1) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
-PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_output_fine(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   PetscReal output = PETSC_MAX_REAL, history = PETSC_MAX_REAL, every;
 
-  (void)k;
   if (look->core->implicit || !(look->dt > 0)) return PETSC_FALSE;
   (void)MPMUnlikelyNumber("output_every", NULL, "", odd, &output);
   (void)MPMUnlikelyNumber("history_every", NULL, "", odd, &history);
@@ -161,11 +138,10 @@ PetscBool MPMUnlikely_output_fine(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_TRUE;
 }
 
-PetscBool MPMUnlikely_output_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_output_many(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   PetscReal every;
 
-  (void)k;
   if (look->core->implicit || !MPMUnlikelyNumber("output_every", NULL, "", odd, &every) || !(look->dt > 0))
     return PETSC_FALSE;
   odd->ratio = look->time->end / PetscMax(every, look->dt);

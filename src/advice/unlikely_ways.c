@@ -3,7 +3,6 @@
    whether it meets another body or a wall until the end of the run, or leaves the grid. What happens after that is not
    looked at. */
 #include "advice/unlikely.h"
-#include "physics/rigid.h"
 
 #define PARTS  400 /* of the time of the run, in which the ways are looked at, the first ones the shortest */
 #define NEAR   1   /* cells: bodies share nodes from there on, */
@@ -14,15 +13,16 @@
 
 /* A body, its box at the start, how far it has come, m; is it held, or at rest on something? Then along which axes (bits). */
 typedef struct {
-  const MPMBody *body;
-  PetscInt       held;
-  PetscReal      lower[3], upper[3], way[PARTS + 1][3];
+  const MPMBody   *body;
+  PetscInt         held;
+  const PetscReal *lower, *upper;
+  PetscReal        way[PARTS + 1][3];
 } Thing;
 
 /* Does nothing that it meets change how a body moves? */
 static PetscBool IsGiven(const Thing *t)
 {
-  return t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING ? PETSC_TRUE : PETSC_FALSE;
+  return t->body->rigid == MPM_RIGID_FIXED || t->body->rigid == MPM_RIGID_MOVING;
 }
 
 /* Returns the time after k parts, s: of a run that is far too long its beginning is looked at too. */
@@ -122,14 +122,12 @@ static PetscReal Before(const MPMLook *look, const Thing *t, PetscInt face, Pets
 static PetscBool Holds(MPMWall type, PetscReal toward)
 {
   return MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_BRAKES | MPM_WALL_MOVES) ||
-                 (MPMWallHas(type, MPM_WALL_NORMAL) && (toward > 0 || !MPMWallHas(type, MPM_WALL_PUSHES)))
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         (MPMWallHas(type, MPM_WALL_NORMAL) && (toward > 0 || !MPMWallHas(type, MPM_WALL_PUSHES)));
 }
 
 static PetscBool IsNear(MPMWall type, PetscReal gap)
 {
-  return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR) ? PETSC_TRUE : PETSC_FALSE;
+  return gap < (MPMWallHas(type, MPM_WALL_PUSHES) ? AT : NEAR);
 }
 
 /* Finds what is held at the start: by a wall, a smooth one along its normal, by a rigid body that is not free, or by
@@ -215,7 +213,6 @@ static void Follow(const MPMLook *look, PetscInt n, const Thing thing[], PetscIn
 PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
 {
   const MPMScene *scene = look->scene;
-  const PetscInt  dim   = look->core->grid.dim;
   PetscBool       flows = PETSC_FALSE, driven = PETSC_FALSE;
   Thing          *thing;
   PetscInt        n = 0;
@@ -229,12 +226,9 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
     way[k].face = -1;
     if (k < scene->nbodies && scene->bodies[k].source.on) flows = PETSC_TRUE;
     if (scene->bodies[k].removed || (k >= scene->nbodies && scene->bodies[k].rigid == MPM_RIGID_NONE)) continue;
-    t->body = &scene->bodies[k];
-    if (t->body->rigid) MPMRegionBounds(&t->body->region, dim, t->lower, t->upper);
-    for (PetscInt d = 0; d < dim && !t->body->rigid; d++) {
-      t->lower[d] = look->lower[k][d];
-      t->upper[d] = look->upper[k][d];
-    }
+    t->body      = &scene->bodies[k];
+    t->lower     = look->lower[k];
+    t->upper     = look->upper[k];
     way[k].thing = n++;
   }
   for (PetscInt l = 0; l < scene->nloads; l++) { /* what it does without gravity is not looked at */
@@ -262,9 +256,7 @@ PetscErrorCode MPMUnlikelyWays(const MPMLook *look, MPMWay way[])
 static PetscBool Moves(const MPMLook *look, const MPMBody *b, MPMOdd *odd)
 {
   return MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
-                 (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd))
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         (look->g > 0 && MPMUnlikelyGiven("gravity", NULL, "", odd));
 }
 
 PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -272,8 +264,6 @@ PetscBool MPMUnlikely_leaves(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMWay *w = &look->way[k];
 
   if (w->face < 0 || look->core->params.deletes) return PETSC_FALSE;
-  odd->ratio = 1;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[k].name);
   (void)snprintf(odd->meant, MPM_WORDS, "the open face %s at t = %.3g s", MPMFaceNames[w->face], (double)w->t);
   for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) /* a clamp that it does not reach */
     if (MPMUnlikelyWall(look, face) == MPM_WALL_fixed && face / 2 != w->face / 2)
@@ -290,7 +280,7 @@ static PetscBool IsSlowed(const MPMLook *look, const MPMBody *b)
 
   const PetscReal v = b->v2 > 0 ? 1 : 0, a = v > 0 ? 0 : 1;
 
-  return T > 0 && (v > 0 || look->g > 0) && 2 * Comes(v, a, T, end) < Comes(v, a, 0, end) ? PETSC_TRUE : PETSC_FALSE;
+  return T > 0 && (v > 0 || look->g > 0) && 2 * Comes(v, a, T, end) < Comes(v, a, 0, end);
 }
 
 /* What body k, among all, is alone on its way, though there is something that it may be meant to meet. */
@@ -313,7 +303,7 @@ static PetscBool Alone(const MPMLook *look, PetscInt k, MPMOdd *odd)
     else
       (void)snprintf(own, sizeof own, ", and it falls at %.3g m/s at most",
                      (double)(look->g * look->core->damping.time));
-    (void)snprintf(odd->meant + strlen(odd->meant), MPM_WORDS - strlen(odd->meant), "%s", own);
+    MPMAppend(odd->meant, MPM_WORDS, "%s", own);
     return MPMUnlikelyGiven("damping_time", NULL, "", odd);
   }
   return odd->meant[0] ? Moves(look, &look->scene->bodies[k], odd) : PETSC_FALSE;
@@ -351,7 +341,7 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
     most     = PetscMax(most, PetscAbsReal(force[d]));
   }
   for (PetscInt d = grid->round ? 1 : 0; d < grid->dim; d++) {
-    PetscBool held = PetscAbsReal(force[d]) > 1e-6 * most ? PETSC_FALSE : PETSC_TRUE;
+    PetscBool held = !(PetscAbsReal(force[d]) > 1e-6 * most);
 
     for (PetscInt face = 0; face < 2 * grid->dim; face++) {
       const PetscInt  e    = face / 2;
@@ -363,11 +353,9 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
         held = PETSC_TRUE;
     }
     if (held) continue;
-    odd->ratio = 1;
     (void)snprintf(odd->meant, MPM_WORDS, "%c", "xyz"[d]);
   }
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
-  return MPMUnlikelyGiven("load", load->name, "_value", odd);
+  return odd->meant[0] && MPMUnlikelyGiven("load", load->name, "_value", odd);
 }
 
 PetscBool MPMUnlikely_end_soon(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -381,7 +369,6 @@ PetscBool MPMUnlikely_end_soon(const MPMLook *look, PetscInt k, MPMOdd *odd)
       !(look->scene->materials[b->material].type->traits & MPM_LOOSE))
     return PETSC_FALSE;
   odd->ratio = look->time->end / fall;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   MPMUnlikelyWrite(odd->meant, fall);
   return MPMUnlikelyGiven("time_end", NULL, "", odd);
 }

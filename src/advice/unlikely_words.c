@@ -22,12 +22,20 @@ PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char wor
 
   if (!MPMUnlikelyGiven(group, name, word, odd)) return PETSC_FALSE;
   *number = strtod(odd->value, &end);
-  return end != odd->value && !*end ? PETSC_TRUE : PETSC_FALSE;
+  return end != odd->value && !*end;
+}
+
+PetscBool MPMUnlikelyOver(const char option[], PetscReal measure, MPMOdd *odd)
+{
+  if (!(measure > 0) || !MPMUnlikelyNumber(option, NULL, "", odd, &odd->ratio)) return PETSC_FALSE;
+  odd->ratio /= measure;
+  MPMUnlikelyWrite(odd->other, measure);
+  return PETSC_TRUE;
 }
 
 PetscBool MPMUnlikelyStatic(MPMOdd *odd)
 {
-  return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static") ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("method_time", NULL, "", odd) && !strcasecmp(odd->value, "static");
 }
 
 PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, PetscReal v[9])
@@ -37,8 +45,7 @@ PetscBool MPMUnlikelyVelocity(const MPMLook *look, PetscInt k, MPMOdd *odd, Pets
   if (!MPMUnlikelyGiven("body", b->name, "_velocity", odd) ||
       strspn(odd->value, "+-.,0123456789eE \t") != strlen(odd->value))
     return PETSC_FALSE;
-  return MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v) ? PETSC_FALSE
-                                                                                                        : PETSC_TRUE;
+  return !MPMExpressionEvaluate(b->velocity, look->core->grid.dim, look->lower[k], look->lower[k], 0, v);
 }
 
 void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal number)
@@ -84,13 +91,23 @@ PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscRea
 {
   for (PetscInt d = 0; d < dim; d++, j /= n)
     x[d] = lower[d] + (upper[d] - lower[d]) * ((PetscReal)(j % n) + 0.5) / (PetscReal)n;
-  return j ? PETSC_FALSE : PETSC_TRUE;
+  return !j;
 }
 
 PetscReal MPMUnlikelyApart(const MPMLook *look, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
                            const PetscReal lower_b[], const PetscReal upper_b[])
 {
   return PetscMax(lower_a[d] - upper_b[d], lower_b[d] - upper_a[d]) / look->core->grid.h[d];
+}
+
+PetscReal MPMUnlikelyGap(const MPMLook *look, const PetscReal lower_a[], const PetscReal upper_a[],
+                         const PetscReal lower_b[], const PetscReal upper_b[])
+{
+  PetscReal gap = PETSC_MIN_REAL;
+
+  for (PetscInt d = 0; d < look->core->grid.dim; d++)
+    gap = PetscMax(gap, MPMUnlikelyApart(look, d, lower_a, upper_a, lower_b, upper_b));
+  return gap;
 }
 
 PetscReal MPMUnlikelyAdvance(const MPMLook *look, MPMExpression velocity, PetscInt c, PetscReal constant,
@@ -115,7 +132,7 @@ PetscReal MPMUnlikelyAdvance(const MPMLook *look, MPMExpression velocity, PetscI
 
 PetscBool MPMUnlikelyStarts(const MPMLook *look)
 {
-  return look->core->step || look->core->stages.now > 1 || look->scene->known ? PETSC_FALSE : PETSC_TRUE;
+  return !(look->core->step || look->core->stages.now > 1 || look->scene->known);
 }
 
 PetscBool MPMUnlikelyFed(const MPMLook *look, PetscInt k)
@@ -154,8 +171,7 @@ PetscReal MPMUnlikelyCohesion(const MPMMaterial *m)
 
 PetscBool MPMUnlikelyTonnes(const MPMMaterial *m)
 {
-  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho ? PETSC_TRUE
-                                                                                              : PETSC_FALSE;
+  return m->rho > 1e-11 && m->rho < 1e-7 && MPMUnlikelyModulus(m, PETSC_FALSE) > 1e9 * m->rho;
 }
 
 PetscReal MPMUnlikelyWeight(const MPMLook *look, PetscInt k)
@@ -175,7 +191,7 @@ PetscReal MPMUnlikelyEnd(const MPMLook *look)
 }
 
 /* Of gravity in a wrong unit what is measured by rho g H says nothing. */
-PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const PetscReal foot = 0.3048, inch = 0.0254,
                   part = look->g > 5000                     ? look->g / 1000
@@ -188,20 +204,18 @@ PetscBool MPMUnlikely_gravity_small_units(const MPMLook *look, PetscInt k, MPMOd
   if (part < MPM_BOUND_earth_least || part > MPM_BOUND_earth_exact) return PETSC_FALSE;
   for (PetscInt m = 0; m < look->scene->nmaterials; m++)
     if (look->scene->materials[m].rho < MPM_BOUND_si_density) return PETSC_FALSE;
-  odd->ratio = 1;
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 0.01 * PetscFloorReal(100 * look->core->params.gravity[d] * part / look->g + 0.5));
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
-PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_gravity_mm(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   if (!look->earth || !MPMUnlikelyTonnes(&look->scene->materials[0])) return PETSC_FALSE;
-  odd->ratio = 1;
   (void)snprintf(odd->other, MPM_WORDS, "t/mm^3");
   for (PetscInt d = 0; d < look->core->grid.dim; d++)
     MPMUnlikelyAppend(odd->meant, 6, 1000 * look->core->params.gravity[d]);
-  return MPMUnlikelyGiven("gravity", NULL, "", odd) && !k ? PETSC_TRUE : PETSC_FALSE;
+  return MPMUnlikelyGiven("gravity", NULL, "", odd);
 }
 
 PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
@@ -211,7 +225,6 @@ PetscBool MPMUnlikelyGravity(const MPMCore *core, const MPMScene *scene)
 
   for (PetscInt d = 0; d < core->grid.dim; d++) look.g += PetscSqr(core->params.gravity[d]);
   look.g     = PetscSqrtReal(look.g);
-  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact ? PETSC_TRUE : PETSC_FALSE;
-  return MPMUnlikely_gravity_small_units(&look, 0, &odd) || MPMUnlikely_gravity_mm(&look, 0, &mm) ? PETSC_TRUE
-                                                                                                  : PETSC_FALSE;
+  look.earth = look.g > MPM_BOUND_earth_least && look.g < MPM_BOUND_earth_exact;
+  return MPMUnlikely_gravity_small_units(&look, 0, &odd) || MPMUnlikely_gravity_mm(&look, 0, &mm);
 }

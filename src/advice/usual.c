@@ -27,7 +27,6 @@ static const struct {
 #define MPM_USUAL(option, of, scale, below, above, from, to, units, source)                                            \
   {option, OF_##of, SCALE_##scale, below, above, from, to, UNITS_##units},
 #include "advice/usual.def"
-#undef MPM_USUAL
 };
 
 /* The words for the values of each kind of material, and the unit of each kind of number. */
@@ -68,22 +67,21 @@ static const struct {
 /* Returns whether a row is of a material. */
 static PetscBool IsOf(int of, const MPMMaterial *m)
 {
-  const PetscBool fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE,
-                  loose = m->type->traits & MPM_LOOSE && !fluid ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool fluid = (m->type->traits & MPM_FLUID) != 0, loose = m->type->traits & MPM_LOOSE && !fluid;
 
   switch (of) {
   case OF_SOIL:
-    return loose && MPMUnlikelyCohesion(m) <= 1e5 ? PETSC_TRUE : PETSC_FALSE;
+    return loose && MPMUnlikelyCohesion(m) <= 1e5;
   case OF_FLUID:
     return fluid;
   case OF_WATER:
-    return fluid && m->rho > 950 && m->rho < 1050 ? PETSC_TRUE : PETSC_FALSE;
+    return fluid && m->rho > 950 && m->rho < 1050;
   case OF_DENSE:
-    return !fluid && !loose && m->rho >= MPM_BOUND_dense ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid && !loose && m->rho >= MPM_BOUND_dense;
   case OF_METAL:
-    return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000 ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid && !loose && m->type->traits & MPM_PLASTIC && m->rho >= 5000;
   case OF_SOLID:
-    return !fluid ? PETSC_TRUE : PETSC_FALSE;
+    return !fluid;
   default:
     return PETSC_TRUE;
   }
@@ -171,8 +169,7 @@ static PetscErrorCode Tell(const MPMLook *look, size_t r, PetscInt k, const char
     const PetscReal other = meant[j].units == rows[r].units ? Convert(look, k, j, value) : -1;
 
     if (!(other / scale >= rows[r].from && other / scale <= rows[r].to)) continue;
-    (void)snprintf(line + strlen(line), sizeof line - strlen(line), "; if %s, write %.3g", meant[j].name,
-                   (double)other);
+    MPMAppend(line, sizeof line, "; if %s, write %.3g", meant[j].name, (double)other);
     break;
   }
   PetscCall(MPMNote(&look->core->print, "%s", line));

@@ -28,9 +28,9 @@ PetscErrorCode MPMWatchSetFromOptions(MPMWatch *w, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "check_parting", NULL, part, NULL));
   PetscCall(MPMOptionsEnum(o, "check_law", NULL, law, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  w->may_part  = !strcmp(part, "warn") ? PETSC_TRUE : PETSC_FALSE;
-  w->may_cut   = !strcmp(part, "auto") ? PETSC_TRUE : PETSC_FALSE;
-  w->may_leave = !strcmp(law, "warn") ? PETSC_TRUE : PETSC_FALSE;
+  w->may_part  = !strcmp(part, "warn");
+  w->may_cut   = !strcmp(part, "auto");
+  w->may_leave = !strcmp(law, "warn");
   w->torn_at = w->grows_at = -1;
   w->near                  = 1; /* until the first look */
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -49,7 +49,7 @@ static PetscBool MayCut(const MPMScene *scene)
     if (b->rigid && !b->tied) cuts = PETSC_TRUE;
     if (b->velocity || b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE) moves = PETSC_TRUE;
   }
-  return cuts && moves ? PETSC_TRUE : PETSC_FALSE;
+  return cuts && moves;
 }
 
 PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *scene)
@@ -57,8 +57,8 @@ PetscErrorCode MPMWatchSetUp(MPMWatch *w, const MPMCore *core, const MPMScene *s
   PetscBool may = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  w->may_cut  = w->may_cut && MayCut(scene) ? PETSC_TRUE : PETSC_FALSE;
-  w->may_part = w->may_part || w->may_cut ? PETSC_TRUE : PETSC_FALSE;
+  w->may_cut  = w->may_cut && MayCut(scene);
+  w->may_part = w->may_part || w->may_cut;
   w->ranges   = MPMRangesOf(scene);
   for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
   if (!may || core->grid.total) PetscFunctionReturn(PETSC_SUCCESS);
@@ -96,7 +96,7 @@ static const char *FindRigid(MPMWatch *w, const MPMCore *core, PetscReal dt)
    on exchange.data. */
 static PetscErrorCode FindCause(MPMWatch *w, MPMCore *core, const MPMScene *scene, PetscReal dt)
 {
-  const PetscBool wave  = core->status.c2 >= core->status.v2 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool wave  = core->status.c2 >= core->status.v2;
   const PetscInt  dim   = core->grid.dim,
                  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
   MPMFound most         = {-1, -1, {0}, {0}};
@@ -223,8 +223,7 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   if (!(most.value > MPM_BOUND_restless)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, most.x, place);
   rigid = RigidBeside(core, most.x, PETSC_FALSE);
-  if (rigid)
-    (void)snprintf(place + strlen(place), sizeof place - strlen(place), ", beside the rigid body %s,", rigid->name);
+  if (rigid) MPMAppend(place, sizeof place, ", beside the rigid body %s,", rigid->name);
   PetscCall(MPMWarn(
       &core->print,
       "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It "
@@ -285,8 +284,7 @@ static PetscErrorCode WatchParting(MPMWatch *w, MPMCore *core, const MPMScene *s
     w->stopped = PETSC_TRUE;
   } else if (wide.value > 1 && !w->torn) {
     w->torn = PETSC_TRUE;
-    MPMPartingTell(w, core, scene, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE,
-                   what);
+    MPMPartingTell(w, core, scene, parted.value > 1 ? &parted : &wide, parted.value > 1, what);
     if (!noisy) MPMPartingCure(scene, core->grid.dim, &wide, cure);
     if (w->may_cut) TellCutter(core, parted.value > 1 ? &parted : &wide, cutter);
     if (cutter[0] && !noisy && IsDense(core->grid.dim, scene, &wide)) cure[0] = 0;
@@ -328,8 +326,7 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
 {
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
   const MPMShown        shown   = MPMMonitorShown(mon, core, scene);
-  const PetscBool       last    = core->t >= time->end || core->rest.reached ? PETSC_TRUE
-                                                                             : PETSC_FALSE; /* looked at in any case */
+  const PetscBool       last    = core->t >= time->end || core->rest.reached; /* looked at in any case */
   const PetscInt        near    = w->near;
 
   PetscFunctionBeginUser;

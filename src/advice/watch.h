@@ -20,7 +20,6 @@
   static const PetscReal MPM_BOUND_##name = value;                                                                     \
   _Static_assert(sizeof unit > 1 && sizeof what > 1 && sizeof source > 1, "a bound without unit or source");
 #include "advice/bounds.def"
-#undef MPM_BOUND
 
 /* The most of something among all particles: `value`, and of several with the same the least key. The key of a particle
    is 16 id + a code of the finder's; -1: none was found. */

@@ -39,6 +39,9 @@ MPM_INLINE PetscBool MPMListHas(const char list[], const char word[])
   return PETSC_FALSE;
 }
 
+/* Appends to a text of `size` characters, its closing 0 included, what a format says, as far as there is room. */
+__attribute__((format(printf, 3, 4))) void MPMAppend(char text[], size_t size, const char format[], ...);
+
 /* Returns the first address from `memory` on at which a line of the cache begins. Records of a node that start there
    lie in one line each. */
 MPM_INLINE void *MPMAlign(void *memory)

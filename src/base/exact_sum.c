@@ -68,7 +68,7 @@ PetscReal MPMSumValue(MPMSum *s)
   PetscBool negative;
 
   Carry(s);
-  negative = s->word[MPM_SUM_WORDS - 1] < 0 ? PETSC_TRUE : PETSC_FALSE;
+  negative = s->word[MPM_SUM_WORDS - 1] < 0;
   if (negative) {
     for (int w = 0; w < MPM_SUM_WORDS; w++) s->word[w] = -s->word[w];
     Carry(s);

@@ -1,5 +1,17 @@
-/* message.c - lengths of messages, and memory for them. */
+/* message.c - texts that grow; lengths of messages, and memory for them. */
+#include <stdarg.h>
+#include <stdio.h>
 #include "base/message.h"
+
+void MPMAppend(char text[], size_t size, const char format[], ...)
+{
+  const size_t n = strlen(text);
+  va_list      words;
+
+  va_start(words, format);
+  (void)vsnprintf(text + n, size - n, format, words);
+  va_end(words);
+}
 
 /* Converts the length of a message in bytes to the int that MPI takes; raises an error if it does not fit. Not
    collective. */

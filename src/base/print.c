@@ -22,10 +22,8 @@ static PetscErrorCode Keep(MPMSaid *said, const char label[], const char line[],
   const size_t length = strlen(line);
 
   PetscFunctionBeginUser;
-  *print = !said->about || ((!strcmp(label, "note") || !strcmp(label, "warning")) &&
-                            !(said->lines && strstr(said->lines, line)))
-               ? PETSC_TRUE
-               : PETSC_FALSE;
+  *print = !said->about ||
+           ((!strcmp(label, "note") || !strcmp(label, "warning")) && !(said->lines && strstr(said->lines, line)));
   if (!*print) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc(said->n + length + 2, &said->lines));
   (void)snprintf(said->lines + said->n, length + 2, "%s\n", line);

@@ -55,7 +55,7 @@ void MPMSignalsStart(void)
 {
   struct sigaction action;
 
-  ignored = !sigaction(SIGHUP, NULL, &action) && action.sa_handler == SIG_IGN ? PETSC_TRUE : PETSC_FALSE;
+  ignored = !sigaction(SIGHUP, NULL, &action) && action.sa_handler == SIG_IGN;
   memset(&action, 0, sizeof action);
   action.sa_handler = NoteCheckpoint;
   action.sa_flags   = SA_RESTART;

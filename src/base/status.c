@@ -10,7 +10,7 @@ void MPMStatusReset(MPMStatus *s)
 /* Returns whether the state is not valid. */
 PetscBool MPMStatusIsBad(const MPMStatus *s)
 {
-  return s->bad != MPM_OK && s->bad != MPM_GONE ? PETSC_TRUE : PETSC_FALSE;
+  return s->bad != MPM_OK && s->bad != MPM_GONE;
 }
 
 void MPMStatusNote(MPMStatus *s, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)

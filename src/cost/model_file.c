@@ -3,7 +3,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 #include "cost/cost.h"
 
@@ -161,7 +160,7 @@ static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScen
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
-  fits = !strcmp(theirs, method) || !strcmp(theirs, "any") ? PETSC_TRUE : PETSC_FALSE;
+  fits = !strcmp(theirs, method) || !strcmp(theirs, "any");
   for (PetscInt k = 0; k < core->nprogram + core->nrare && fits; k++) { /* was each phase timed? */
     const MPMRate *r = &m->rate[core->program[k]->timer];
 

@@ -139,5 +139,4 @@ void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (dim == 3) RareCells(3, MPM_BASIS_##name, par, patch, q, n, which, order, s, status);                           \
   }
 #include "physics/basis.def"
-#undef MPM_BASIS
 }

@@ -147,7 +147,6 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (patch->basis == MPM_BASIS_##name) MPMStageWeights(dim, MPM_BASIS_##name, patch, o->lanes, s);
 #include "physics/basis.def"
-#undef MPM_BASIS
   /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
      that may set bit n, and MPMList takes only bits below n. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)

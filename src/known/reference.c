@@ -28,7 +28,7 @@ static PetscReal Extent(const MPMReferenceData *d, PetscInt axis)
 
 static PetscBool Is(const MPMReferenceData *d, const char model[])
 {
-  return !strcmp(d->model, model) ? PETSC_TRUE : PETSC_FALSE;
+  return !strcmp(d->model, model);
 }
 
 static PetscBool Weightless(const MPMReferenceData *d)
@@ -43,7 +43,7 @@ static PetscBool Touches(const MPMReferenceData *d, PetscInt axis, PetscInt side
 {
   const PetscReal gap = side ? d->grid_upper[axis] - d->upper[axis] : d->lower[axis] - d->grid_lower[axis];
 
-  return d->shape == MPM_REGION_box && PetscAbsReal(gap) <= 1e-9 * Extent(d, axis) ? PETSC_TRUE : PETSC_FALSE;
+  return d->shape == MPM_REGION_box && PetscAbsReal(gap) <= 1e-9 * Extent(d, axis);
 }
 
 /* Returns whether the body ends at both walls of this axis, which must hold the normal velocity and not the tangential
@@ -79,7 +79,7 @@ static PetscBool Uniaxial(const MPMReferenceData *d, PetscInt axis)
 static PetscBool Stands(const MPMReferenceData *d, PetscInt axis)
 {
   if (!Touches(d, axis, 0) || d->walls[axis][1] != MPM_WALL_free) return PETSC_FALSE;
-  return d->walls[axis][0] == MPM_WALL_fixed || d->walls[axis][0] == MPM_WALL_slip ? PETSC_TRUE : PETSC_FALSE;
+  return d->walls[axis][0] == MPM_WALL_fixed || d->walls[axis][0] == MPM_WALL_slip;
 }
 
 /* Returns whether the body is an annulus that lies in the grid, with `room` m around it. */
@@ -408,7 +408,6 @@ static Motion Rest(PetscInt dim)
   MPM_REFERENCE_PART(name, acceleration, b, d->dim)                                                                    \
   MPM_REFERENCE_PART(name, deformation, F, d->dim * d->dim)
 #include "known/reference.def"
-#undef MPM_REFERENCE
 
 const MPMReference MPMReferences[] = {
 #define MPM_REFERENCE(name, manufactured, parameters, what)                                                            \
@@ -422,7 +421,6 @@ const MPMReference MPMReferences[] = {
    manufactured ? name##_acceleration : NULL,                                                                          \
    name##_deformation},
 #include "known/reference.def"
-#undef MPM_REFERENCE
     {NULL, NULL, PETSC_FALSE, NULL, NULL, NULL, NULL, NULL, NULL}};
 
 /* Returns the row of this name, or NULL if there is none. */

@@ -34,7 +34,7 @@ PetscBool MPMOptionsIsOption(const char word[])
   if (word[1] == '-') word++;
   if (!isalpha((unsigned char)word[1])) return PETSC_FALSE;
   (void)strtod(word, &end);
-  return end == word || *end == '_' || isalnum((unsigned char)*end) ? PETSC_TRUE : PETSC_FALSE;
+  return end == word || *end == '_' || isalnum((unsigned char)*end);
 }
 
 /* Splits a line into at most 3 words as PETSc does: blanks separate words, "..." joins them, # starts a comment even in
@@ -50,7 +50,7 @@ static const char *Split(char *line, char *word[3], int *n)
       return "not a text file";
   }
   for (char *c = line + strspn(line, " "); *c && *n < 3; c += strspn(c, " ")) {
-    const PetscBool quoted = *c == '"' ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool quoted = *c == '"';
 
     c += quoted;
     word[(*n)++] = c;
@@ -93,15 +93,13 @@ static void Note(File *f, const char name[], const char value[], char error[], s
 /* Returns whether a word could be a number, or a list of numbers. */
 PetscBool MPMOptionsIsNumbers(const char word[])
 {
-  return word[0] && word[strspn(word, "0123456789+-.,;eE")] == 0 && strpbrk(word, "0123456789") ? PETSC_TRUE
-                                                                                                : PETSC_FALSE;
+  return word[0] && word[strspn(word, "0123456789+-.,;eE")] == 0 && strpbrk(word, "0123456789");
 }
 
 /* Returns whether a word starts a comment in files of other programs. */
 static PetscBool IsComment(const char word[])
 {
-  return !strncmp(word, "//", 2) || !strncmp(word, "/*", 2) || (word[0] && strchr("%;!", word[0])) ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  return !strncmp(word, "//", 2) || !strncmp(word, "/*", 2) || (word[0] && strchr("%;!", word[0]));
 }
 
 /* Checks a word that should be an option, and the next one (or ""), for what is written as other programs want it. */
@@ -187,7 +185,7 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
     CheckThird(word, text, sizeof text);
     fault = text;
   } else if (!strcasecmp(word[0], "-prefix_push") || !strcasecmp(word[0], "-prefix_pop"))
-    fault = Prefix(f, !strcasecmp(word[0], "-prefix_push") ? PETSC_TRUE : PETSC_FALSE, value);
+    fault = Prefix(f, !strcasecmp(word[0], "-prefix_push"), value);
   else if (strncasecmp(word[0], "-options_file", 13))
     Note(f, word[0], value, error, len);
   else if (value[0])
@@ -265,7 +263,7 @@ static PetscBool IsYamlByStart(FILE *f)
 
   if (!fread(start, 1, 6, f)) start[0] = 0;
   rewind(f);
-  return !strncmp(start, "%YAML ", 6) || !strncmp(start, "---", 3) ? PETSC_TRUE : PETSC_FALSE;
+  return !strncmp(start, "%YAML ", 6) || !strncmp(start, "---", 3);
 }
 
 /* Notes that a file is one of those that are read. */
@@ -309,7 +307,7 @@ void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t le
   else if (!(f = fopen(path, "r")))
     (void)snprintf(error, len, "%s: %s", path, strerror(errno));
   else {
-    yaml = yaml || IsYamlByStart(f) ? PETSC_TRUE : PETSC_FALSE;
+    yaml = yaml || IsYamlByStart(f);
     if (yaml) MPMOptionsYaml = name;
     if (yaml)
       CheckYaml(f, path, error, len);

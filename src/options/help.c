@@ -26,15 +26,15 @@ static void WriteWords(FILE *to, const char words[])
 /* Writes the line of an option: name, default, unit, meaning, allowed values. */
 static void WriteOption(FILE *to, const MPMOptionRow *row)
 {
-  const PetscBool numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool whole   = row->type == MPM_INT || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool numbers = row->type == MPM_REALS || row->type == MPM_INTS;
+  const PetscBool whole   = row->type == MPM_INT || row->type == MPM_INTS;
 
   if (row->type == MPM_LATER) {
     fprintf(to, "  -%s: not built yet (%s)", row->name, row->help);
     return;
   }
   fprintf(to, "  -%s <%s>%s%s: %s", row->name, row->fallback, row->unit[0] ? " " : "", row->unit, row->help);
-  if (row->type == MPM_ENUM) fprintf(to, " (%.*s)", (int)strcspn(row->allowed, " "), row->allowed);
+  if (row->type == MPM_ENUM) fprintf(to, " (%s)", row->allowed);
   if (row->type == MPM_BOOL) fprintf(to, " (true|false)");
   if (row->type == MPM_TEXT && row->allowed[0]) WriteWords(to, row->allowed);
   if (row->allowed[0] && row->type != MPM_ENUM && row->type != MPM_TEXT)
@@ -93,9 +93,7 @@ static PetscBool IsNameOf(const char row[], const char word[])
   const char  *open = strchr(row, '<'), *tail = open ? open + 3 : "";
   const size_t n = strlen(word), head = open ? (size_t)(open - row) : 0;
 
-  return open && n > head + strlen(tail) && !strncasecmp(row, word, head) && !strcasecmp(word + n - strlen(tail), tail)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  return open && n > head + strlen(tail) && !strncasecmp(row, word, head) && !strcasecmp(word + n - strlen(tail), tail);
 }
 
 /* Returns whether a word is that of another program for an option, or for the end of its name. */
@@ -117,8 +115,7 @@ static PetscBool Has(const MPMVocabulary *table, const Line *line, const char wo
   if (!line->text) return PETSC_FALSE;
   if (TextHas(line->text, strlen(line->text), word) || TextHas(line->title, strcspn(line->title, ":"), word))
     return PETSC_TRUE;
-  return line->row && (IsNameOf(line->row->name, word) || IsAliasOf(table, line->row->name, word)) ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  return line->row && (IsNameOf(line->row->name, word) || IsAliasOf(table, line->row->name, word));
 }
 
 /* Prints the lines that have all n words; returns how many there are. With print false it only counts. */
@@ -185,15 +182,14 @@ PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscB
         "  pebble -help words lists all such words, pebble -help petsc also PETSc's own options\n"
         "  pebble -version; -log_view times events and counts messages, -dm_view prints the DMs of grid and particles\n"
         "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
-  for (int w = 0; w < n; w++)
-    (void)snprintf(joined + strlen(joined), sizeof joined - strlen(joined), "%s%.100s", w ? "_" : "", words[w]);
+  for (int w = 0; w < n; w++) MPMAppend(joined, sizeof joined, "%s%.100s", w ? "_" : "", words[w]);
   if (!strcasecmp(joined, "words"))
     return MPMOptionsPrintWords(table, NULL, PETSC_FALSE, print) ? PETSC_TRUE : PETSC_FALSE;
   found = PrintLines(table, n, words, print);
   if (n) found += MPMOptionsPrintWords(table, joined, found ? PETSC_TRUE : PETSC_FALSE, print);
   if (found) return PETSC_TRUE;
   for (int w = 0; w < n; w++) {
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), " %.100s", words[w]);
+    MPMAppend(list, sizeof list, " %.100s", words[w]);
     if (PrintLines(table, 1, words + w, PETSC_FALSE)) continue;
     each = 0;
     if (!instead) instead = MPMOptionsForeign(table, words[w]);

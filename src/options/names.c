@@ -1,6 +1,5 @@
 /* names.c - which names of options are legal: those of the vocabulary, with the names that the scene declares; and
    which legal name is closest to one that is not. */
-#include <ctype.h>
 #include <strings.h>
 #include "options/reader.h"
 
@@ -42,7 +41,7 @@ static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given
   const PetscInt n    = Words(o, row, &words);
   char           full[MPM_FULL_LEN];
 
-  if (!open) return !strcasecmp(row->name, given) ? PETSC_TRUE : PETSC_FALSE;
+  if (!open) return !strcasecmp(row->name, given);
   if (strncasecmp(row->name, given, (size_t)(open - row->name))) return PETSC_FALSE;
   for (PetscInt k = 0; k < n; k++) {
     MPMOptionsFullName(row->name, words[k], full);
@@ -67,7 +66,7 @@ static PetscBool EndsWith(const char name[], const char tail[])
 {
   const size_t n = strlen(name), nt = strlen(tail);
 
-  return n > nt && name[n - nt - 1] == '_' && !strcasecmp(name + n - nt, tail) ? PETSC_TRUE : PETSC_FALSE;
+  return n > nt && name[n - nt - 1] == '_' && !strcasecmp(name + n - nt, tail);
 }
 
 /* Makes `candidate` the closest name if it is closer to `given` than those before. */
@@ -366,7 +365,7 @@ static PetscBool IsChoice(MPMOptions o, const char given[])
   row = nearest[0] ? Find(o, nearest) : NULL;
   if (!row || !(row->type == MPM_NAMES || (row->type == MPM_ENUM && strchr(row->name, '<')))) return PETSC_FALSE;
   (void)snprintf(dashed, sizeof dashed, "-%s", nearest);
-  return PetscOptionsHasName(NULL, NULL, dashed, &set) || set ? PETSC_FALSE : PETSC_TRUE;
+  return !(PetscOptionsHasName(NULL, NULL, dashed, &set) || set);
 }
 
 void MPMOptionsDeclareOthers(MPMOptions o, PetscInt np, char (*probes)[MPM_NAME_LEN], PetscInt nc,

@@ -45,7 +45,7 @@ static const char formulas[] = "; -acceleration takes formulas";
 
 static PetscBool IsFormula(const MPMOptionRow *row, const char text[])
 {
-  return !strcmp(row->name, "gravity") && strpbrk(text, "()*/txyzXYZ") ? PETSC_TRUE : PETSC_FALSE;
+  return !strcmp(row->name, "gravity") && strpbrk(text, "()*/txyzXYZ");
 }
 
 /* Returns whether a word is a number in which commas separate groups of three digits, and writes it without them. */

@@ -64,24 +64,28 @@ static PetscErrorCode NoteAsked(MPMOptions o, const char full[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds an option's row, full name and text. *found tells whether it was given without a fault; a required option that
-   was not given is an error. */
-static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name[], const MPMOptionRow **row,
-                             char full[MPM_FULL_LEN], char text[MPM_TEXT_LEN], PetscBool *found)
+/* An option: its row, its full name, its text; was it given without a fault? */
+typedef struct {
+  const MPMOptionRow *row;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  PetscBool           found;
+} Given;
+
+/* Finds an option; a required one that was not given is an error. *set, if it is not NULL: was it found? */
+static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name[], PetscBool *set, Given *g)
 {
   char dashed[MPM_FULL_LEN + 1];
 
   PetscFunctionBeginUser;
-  *row   = NULL;
-  *found = PETSC_FALSE;
+  *g = (Given){0};
   for (size_t r = 0; r < o->table->n; r++)
-    if (o->table->row[r].name && !strcmp(o->table->row[r].name, rowname)) *row = &o->table->row[r];
-  PetscCheck(*row, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the vocabulary has no row %s", rowname);
-  MPMOptionsFullName(rowname, name, full);
-  PetscCall(NoteAsked(o, full));
-  (void)snprintf(dashed, sizeof dashed, "-%s", full);
-  PetscCall(PetscOptionsGetString(NULL, NULL, dashed, text, MPM_TEXT_LEN, found));
-  if (*found && strlen(text) >= MPM_TEXT_LEN - 1) {
+    if (o->table->row[r].name && !strcmp(o->table->row[r].name, rowname)) g->row = &o->table->row[r];
+  PetscCheck(g->row, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the vocabulary has no row %s", rowname);
+  MPMOptionsFullName(rowname, name, g->full);
+  PetscCall(NoteAsked(o, g->full));
+  (void)snprintf(dashed, sizeof dashed, "-%s", g->full);
+  PetscCall(PetscOptionsGetString(NULL, NULL, dashed, g->text, MPM_TEXT_LEN, &g->found));
+  if (g->found && strlen(g->text) >= MPM_TEXT_LEN - 1) {
     const char *whole;
     char        why[MPM_TEXT_LEN];
 
@@ -89,10 +93,12 @@ static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name
     MPMOptionsTooLong(dashed, strlen(whole), why, sizeof why);
     MPMOptionsFail(o, "%s", why);
   }
-  if (*found && strspn(text, " ") == strlen(text) && (*row)->type != MPM_BOOL)
-    MPMOptionsFail(o, "-%s has no value", full);
-  if (!*found && !strcmp((*row)->fallback, "required")) MPMOptionsFail(o, "-%s is required (%s)", full, (*row)->help);
-  if (o->error[0]) *found = PETSC_FALSE;
+  if (g->found && strspn(g->text, " ") == strlen(g->text) && g->row->type != MPM_BOOL)
+    MPMOptionsFail(o, "-%s has no value", g->full);
+  if (!g->found && !strcmp(g->row->fallback, "required"))
+    MPMOptionsFail(o, "-%s is required (%s)", g->full, g->row->help);
+  if (o->error[0]) g->found = PETSC_FALSE;
+  if (set) *set = g->found;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,7 +116,7 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
     if (!strcasecmp(argv[k] + 1, name)) has_name = PETSC_TRUE;
     if (!strcasecmp(argv[k] + 1, by)) has_by = PETSC_TRUE;
   }
-  return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
+  return has_by && !has_name;
 }
 
 /* Described in options.h. */
@@ -141,7 +147,7 @@ PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any)
     PetscCall(PetscOptionsHasName(NULL, NULL, method[k], &given));
     if (given) n++;
   }
-  *all = n == most ? PETSC_TRUE : PETSC_FALSE;
+  *all = n == most;
   if (any) *any = n ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,22 +158,19 @@ static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
   char *end;
 
   *value = strtod(row->fallback, &end);
-  return end != row->fallback && !*end ? PETSC_TRUE : PETSC_FALSE;
+  return end != row->fallback && !*end;
 }
 
 /* Reads one number, of the option or else the default; *known says whether there is one. */
 static PetscErrorCode ReadNumber(MPMOptions o, const char rowname[], const char name[], PetscBool whole,
                                  PetscReal *number, PetscBool *known, PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  Given g;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  *known = found || DefaultNumber(row, number) ? PETSC_TRUE : PETSC_FALSE;
-  if (found) *number = MPMOptionsNumber(o, row, full, text, text, whole);
-  if (set) *set = found;
+  PetscCall(Lookup(o, rowname, name, set, &g));
+  *known = g.found || DefaultNumber(g.row, number);
+  if (g.found) *number = MPMOptionsNumber(o, g.row, g.full, g.text, g.text, whole);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -199,59 +202,50 @@ PetscErrorCode MPMOptionsInt(MPMOptions o, const char rowname[], const char name
 PetscErrorCode MPMOptionsBool(MPMOptions o, const char rowname[], const char name[], PetscBool *value)
 {
   static const char *const yes[] = {"", "1", "true", "yes", "on"}, *const no[] = {"0", "false", "no", "off"};
-  const MPMOptionRow *row;
-  PetscBool           found, known = PETSC_FALSE;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  PetscBool known = PETSC_FALSE;
+  Given     g;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  *value = !strcmp(row->fallback, "true") ? PETSC_TRUE : PETSC_FALSE;
-  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Lookup(o, rowname, name, NULL, &g));
+  *value = !strcmp(g.row->fallback, "true");
+  if (!g.found) PetscFunctionReturn(PETSC_SUCCESS);
   *value = PETSC_FALSE;
   for (size_t k = 0; k < sizeof yes / sizeof yes[0]; k++)
-    if (!strcasecmp(text, yes[k])) *value = known = PETSC_TRUE;
+    if (!strcasecmp(g.text, yes[k])) *value = known = PETSC_TRUE;
   for (size_t k = 0; k < sizeof no / sizeof no[0]; k++)
-    if (!strcasecmp(text, no[k])) known = PETSC_TRUE;
-  if (!known) MPMOptionsFail(o, "-%s %.100s: choose true or false", full, text);
+    if (!strcasecmp(g.text, no[k])) known = PETSC_TRUE;
+  if (!known) MPMOptionsFail(o, "-%s %.100s: choose true or false", g.full, g.text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds `word`, whatever its case, among the values a|b|c, which are n characters; len becomes its length there.
-   Returns NULL if it is none of them. */
-static const char *FindValue(const char word[], const char values[], size_t n, size_t *len)
+/* Finds `word`, whatever its case, among the values a|b|c; len becomes its length there. Returns NULL if it is none of
+   them. */
+static const char *FindValue(const char word[], const char values[], size_t *len)
 {
-  for (const char *v = values; v < values + n; v += *len + 1) {
-    *len = PetscMin(strcspn(v, "|"), (size_t)(values + n - v));
+  for (const char *v = values; *v; v += *len + (v[*len] == '|')) {
+    *len = strcspn(v, "|");
     if (*len == strlen(word) && !strncasecmp(v, word, *len)) return v;
   }
   return NULL;
 }
 
-/* Reads one of the values a|b|c of the row, and spells it as the row does. Values after a blank in the row are not
-   built yet. */
+/* Reads one of the values a|b|c of the row, and spells it as the row does. */
 PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char name[], char value[MPM_NAME_LEN],
                               PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
-  const char         *v, *choose, *other;
-  size_t              built, len;
+  Given       g;
+  const char *v, *choose, *other;
+  size_t      len;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (set) *set = found;
-  built  = strcspn(row->allowed, " ");
-  choose = memchr(row->allowed, '|', built) ? "choose one of" : "choose";
-  v      = FindValue(found ? text : row->fallback, row->allowed, built, &len);
+  PetscCall(Lookup(o, rowname, name, set, &g));
+  choose = strchr(g.row->allowed, '|') ? "choose one of" : "choose";
+  v      = FindValue(g.found ? g.text : g.row->fallback, g.row->allowed, &len);
   if (v)
     (void)snprintf(value, MPM_NAME_LEN, "%.*s", (int)len, v);
-  else if (found && row->allowed[built] &&
-           FindValue(text, row->allowed + built + 1, strlen(row->allowed + built + 1), &len))
-    MPMOptionsFail(o, "-%s %s is not built yet: %s %.*s", full, text, choose, (int)built, row->allowed);
-  else if (found) {
-    other = MPMOptionsForeignValue(o->table, row->name, text);
-    MPMOptionsFail(o, "-%s %.100s: %s %.*s%s%s", full, text, choose, (int)built, row->allowed, other ? "; " : "",
+  else if (g.found) {
+    other = MPMOptionsForeignValue(o->table, g.row->name, g.text);
+    MPMOptionsFail(o, "-%s %.100s: %s %s%s%s", g.full, g.text, choose, g.row->allowed, other ? "; " : "",
                    other ? other : "");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -261,34 +255,28 @@ PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char nam
 PetscErrorCode MPMOptionsReals(MPMOptions o, const char rowname[], const char name[], PetscReal value[3],
                                PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  PetscReal           number;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  PetscReal number;
+  Given     g;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found) MPMOptionsList(o, row, full, text, PETSC_FALSE, value);
-  for (PetscInt d = 0; !found && DefaultNumber(row, &number) && d < o->dim; d++) value[d] = number;
-  if (set) *set = found;
+  PetscCall(Lookup(o, rowname, name, set, &g));
+  if (g.found) MPMOptionsList(o, g.row, g.full, g.text, PETSC_FALSE, value);
+  for (PetscInt d = 0; !g.found && DefaultNumber(g.row, &number) && d < o->dim; d++) value[d] = number;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Reads a whole number for each axis, value [dim]. */
 PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char name[], PetscInt value[3], PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  PetscReal           number[3] = {0};
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  PetscReal number[3] = {0};
+  Given     g;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found) MPMOptionsList(o, row, full, text, PETSC_TRUE, number);
-  if (found && !o->error[0])
+  PetscCall(Lookup(o, rowname, name, set, &g));
+  if (g.found) MPMOptionsList(o, g.row, g.full, g.text, PETSC_TRUE, number);
+  if (g.found && !o->error[0])
     for (PetscInt d = 0; d < o->dim; d++) value[d] = (PetscInt)number[d];
-  for (PetscInt d = 0; !found && DefaultNumber(row, &number[0]) && d < o->dim; d++) value[d] = (PetscInt)number[0];
-  if (set) *set = found;
+  for (PetscInt d = 0; !g.found && DefaultNumber(g.row, &number[0]) && d < o->dim; d++) value[d] = (PetscInt)number[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -296,34 +284,29 @@ PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char nam
 PetscErrorCode MPMOptionsString(MPMOptions o, const char rowname[], const char name[], char value[MPM_TEXT_LEN],
                                 PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  Given g;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found || (row->fallback[0] && !strpbrk(row->fallback, " <") && strcmp(row->fallback, "required")))
-    (void)snprintf(value, MPM_TEXT_LEN, "%s", found ? text : row->fallback);
-  if (set) *set = found;
+  PetscCall(Lookup(o, rowname, name, set, &g));
+  if (g.found || (g.row->fallback[0] && !strpbrk(g.row->fallback, " <") && strcmp(g.row->fallback, "required")))
+    (void)snprintf(value, MPM_TEXT_LEN, "%s", g.found ? g.text : g.row->fallback);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Reads a list of n different names of letters, digits and _; the caller frees names. */
 PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, char (**names)[MPM_NAME_LEN])
 {
-  static const char   legal[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
-  const int           longest = MPM_NAME_LEN - 25; /* leaves space for the rest of an option's name */
-  const MPMOptionRow *row;
-  PetscBool           found;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  static const char legal[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+  const int         longest = MPM_NAME_LEN - 25; /* leaves space for the rest of an option's name */
+  Given             g;
 
   PetscFunctionBeginUser;
   *n     = 0;
   *names = NULL;
-  PetscCall(Lookup(o, rowname, NULL, &row, full, text, &found));
-  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(strlen(text) / 2 + 1, names));
-  for (char *word = text, *next; word && !o->error[0]; word = next) {
+  PetscCall(Lookup(o, rowname, NULL, NULL, &g));
+  if (!g.found) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(strlen(g.text) / 2 + 1, names));
+  for (char *word = g.text, *next; word && !o->error[0]; word = next) {
     int len;
 
     next = strchr(word, ',');
@@ -333,11 +316,12 @@ PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, 
     while (len && word[len - 1] == ' ') len--;
     word[len] = 0;
     if (!len || (int)strspn(word, legal) != len)
-      MPMOptionsFail(o, "-%s: '%.100s' is not a name; use letters, digits and _, and commas between names", full, word);
+      MPMOptionsFail(o, "-%s: '%.100s' is not a name; use letters, digits and _, and commas between names", g.full,
+                     word);
     if (len > longest)
-      MPMOptionsFail(o, "-%s: the name %.100s is too long, at most %d characters", full, word, longest);
+      MPMOptionsFail(o, "-%s: the name %.100s is too long, at most %d characters", g.full, word, longest);
     for (PetscInt k = 0; k < *n; k++)
-      if (!strcasecmp((*names)[k], word)) MPMOptionsFail(o, "-%s names %s twice", full, word);
+      if (!strcasecmp((*names)[k], word)) MPMOptionsFail(o, "-%s names %s twice", g.full, word);
     if (!o->error[0]) (void)snprintf((*names)[(*n)++], MPM_NAME_LEN, "%s", word);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -395,8 +379,7 @@ PetscErrorCode MPMOptionsDeclared(MPMOptions o, const char rowname[], const char
   PetscCall(MPMOptionsString(o, rowname, name, word, NULL));
   for (*k = 0; *k < n && strcasecmp(names + (size_t)*k * stride, word);) ++*k;
   if (*k < n) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt j = 0; j < n; j++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", j ? "|" : "", names + (size_t)j * stride);
+  for (PetscInt j = 0; j < n; j++) MPMAppend(list, sizeof list, "%s%s", j ? "|" : "", names + (size_t)j * stride);
   MPMOptionsFullName(rowname, name, full);
   MPMOptionsFail(o, "-%s %.100s is not declared: choose %s%s", full, word, n > 1 ? "one of " : "", list);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -67,9 +67,7 @@ PetscBool MPMOptionsIsFor(const char name[], const char option[])
 
   if (!strcasecmp(name, option)) return PETSC_TRUE;
   return !strncasecmp(name, "stage_", 6) && n > length && name[n - length - 1] == '_' &&
-                 !strcasecmp(name + n - length, option)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         !strcasecmp(name + n - length, option);
 }
 
 /* Writes "file:line: " of the last line that gives an option this value to place [len], or "" if there is none. Not

@@ -47,5 +47,5 @@ PetscBool MPMOptionsRefuseOfStage(MPMOptions o, const char given[], const char n
   else if (o->nb && !strncasecmp(given, "stage_", 6))
     MPMOptionsFail(o, "-%.*s is not an option of this scene: -stages declares the names of stages%s", MPM_FULL_LEN,
                    given, o->ns ? ", and this one is not among them" : "");
-  return of || (o->nb && !strncasecmp(given, "stage_", 6)) ? PETSC_TRUE : PETSC_FALSE;
+  return of || (o->nb && !strncasecmp(given, "stage_", 6));
 }

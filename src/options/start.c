@@ -108,7 +108,7 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
 
   for (int k = 1; k < argc && !error[0]; k++) {
     const char     *word   = argv[k];
-    const PetscBool valued = k + 1 < argc && !MPMOptionsIsOption(argv[k + 1]) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool valued = k + 1 < argc && !MPMOptionsIsOption(argv[k + 1]);
 
     if (!MPMOptionsIsOption(word))
       CheckStray(option, value, word, error, len);

@@ -99,8 +99,8 @@ PetscErrorCode MPMTablesRead(const char full[], const char text[], char plain[MP
     ++*n;
     at = end + 1;
   }
-  (void)snprintf(plain + strlen(plain), MPM_TEXT_LEN - strlen(plain), "%s", at);
-  (void)snprintf(whole + strlen(whole), MPM_TEXT_LEN - strlen(whole), "%s", at);
+  MPMAppend(plain, MPM_TEXT_LEN, "%s", at);
+  MPMAppend(whole, MPM_TEXT_LEN, "%s", at);
   if (*n && !error[0]) PetscCall(MPMOptionsNoteWhole(full, text, whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

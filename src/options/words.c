@@ -1,7 +1,6 @@
 /* words.c - words of other programs: for options of this one, and for what it has not or calls otherwise (run/words.def). Nothing
    here may call PETSc, which may not have started. */
 #include <ctype.h>
-#include <strings.h>
 #include "options/reader.h"
 
 PetscBool MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t nb)
@@ -11,7 +10,7 @@ PetscBool MPMOptionsAreAlike(const char a[], size_t na, const char b[], size_t n
   for (;; a++, b++) {
     while (a < enda && strchr("-_* ", *a)) a++;
     while (b < endb && strchr("-_* ", *b)) b++;
-    if (a == enda || b == endb) return a == enda && b == endb ? PETSC_TRUE : PETSC_FALSE;
+    if (a == enda || b == endb) return a == enda && b == endb;
     if (tolower((unsigned char)*a) != tolower((unsigned char)*b)) return PETSC_FALSE;
   }
 }

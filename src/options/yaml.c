@@ -85,7 +85,7 @@ static size_t WordLength(const char at[], const char ends[])
 /* Reads a name and the colon after it; returns false if there is none. */
 static PetscBool Name(Yaml *y, const char ends[], char name[MPM_TEXT_LEN])
 {
-  const PetscBool quoted = *y->at == '"' || *y->at == '\'' ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool quoted = *y->at == '"' || *y->at == '\'';
   size_t          n      = WordLength(y->at, ends), m;
 
   for (m = n; m && y->at[m - 1] == ' ';) m--;

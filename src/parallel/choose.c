@@ -4,18 +4,15 @@
 
 #define MPM_EXCHANGE(name, chosen) extern const MPMExchangeType MPMExchange_##name;
 #include "parallel/exchange.def"
-#undef MPM_EXCHANGE
 
 const MPMExchangeType *const MPMExchangeTypes[] = {
 #define MPM_EXCHANGE(name, chosen) &MPMExchange_##name,
 #include "parallel/exchange.def"
-#undef MPM_EXCHANGE
     NULL};
 
 static const char *const balances[] = {
 #define MPM_BALANCE(name, what) #name,
 #include "parallel/balance.def"
-#undef MPM_BALANCE
 };
 
 /* Chooses how the step is run. One process runs it serially whatever the strategy; only if a face is periodic does it
@@ -24,8 +21,7 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
 {
   MPMExchange    *ex = &core->exchange;
   char            strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
-  const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? PETSC_TRUE
-                                                                                                        : PETSC_FALSE;
+  const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2];
   PetscMPIInt     size;
   PetscInt        row;
 
@@ -36,8 +32,8 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "parallel_migrate", NULL, migrate, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
-  ex->roundoff = !strcmp(sums, "roundoff") ? PETSC_TRUE : PETSC_FALSE;
-  ex->direct   = !strcmp(migrate, "direct") ? PETSC_TRUE : PETSC_FALSE;
+  ex->roundoff = !strcmp(sums, "roundoff");
+  ex->direct   = !strcmp(migrate, "direct");
   PetscCall(MPMOptionsFind(balance, MPM_NUM_BALANCES, balances, &row));
   ex->balance = (MPMBalance)row;
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++)

@@ -23,13 +23,14 @@
 typedef enum { MPM_PARTICLES_TO_NODES, MPM_NODES, MPM_NODES_TO_PARTICLES } MPMPhaseKind;
 typedef struct _MPMCore  MPMCore;
 typedef struct _MPMPhase MPMPhase;
+typedef void             MPMNodesUpdate(const MPMParams *, const MPMPatch *, const MPMNodes *);
 struct MPMStatic; /* step/static.h */
 struct _MPMPhase {
-  const char  *name;
-  MPMPhaseKind kind;
-  PetscInt     parts; /* bits: what a transfer does; unused by MPM_NODES */
-  void (*nodes)(const MPMParams *, const MPMPatch *, const MPMNodes *); /* MPM_NODES: updates one row of nodes */
-  PetscInt flops;                                                       /* MPM_NODES: operations per node and axis */
+  const char     *name;
+  MPMPhaseKind    kind;
+  PetscInt        parts; /* bits: what a transfer does; unused by MPM_NODES */
+  MPMNodesUpdate *nodes; /* MPM_NODES: updates one row of nodes */
+  PetscInt        flops; /* MPM_NODES: operations per node and axis */
   PetscErrorCode (*after)(MPMCore *,
                           const MPMPhase *); /* MPM_NODES: what follows, collective on exchange.data; or NULL */
   PetscInt  motion;                          /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */

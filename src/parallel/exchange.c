@@ -105,7 +105,7 @@ static PetscErrorCode Around(MPMExchange *ex, MPI_Datatype type, void *at)
 PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
 {
   MPMExchange    *ex    = &core->exchange;
-  const PetscBool light = phase->light && core->params.light > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool light = phase->light && core->params.light > 0;
 
   PetscFunctionBeginUser;
   if (light) {

@@ -201,7 +201,7 @@ static PetscBool FillParts(const MPMHistogram *h, PetscInt d, const MPMCosts *co
     part->l[d][r] = (r == p - 1 ? h->nodes[d] : hi[d] * h->coarse) - lo[d] * h->coarse;
     lo[d]         = hi[d];
   }
-  return lo[d] == h->n[d] ? PETSC_TRUE : PETSC_FALSE;
+  return lo[d] == h->n[d];
 }
 
 /* Cuts axis d into p[d] parts so that the largest weight of a part is as small as it can be; bisection finds it. */
@@ -362,7 +362,7 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
 
       trial.p[0] = size / (trial.p[1] * trial.p[2]);
       if (trial.p[0] * trial.p[1] * trial.p[2] != size || !Fits(h, trial.p)) continue;
-      for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_none ? PETSC_FALSE : PETSC_TRUE, &trial);
+      for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, !(balance == MPM_BALANCE_none), &trial);
       trial.predicted = MPMPartitionCost(h, &trial);
       cost            = balance == MPM_BALANCE_none ? Surface(h, trial.p) : trial.predicted * Across(trial.p);
       if (cost >= lowest) continue;

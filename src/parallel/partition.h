@@ -31,7 +31,6 @@ typedef struct {
 typedef enum {
 #define MPM_BALANCE(name, what) MPM_BALANCE_##name,
 #include "parallel/balance.def"
-#undef MPM_BALANCE
   MPM_NUM_BALANCES
 } MPMBalance;
 

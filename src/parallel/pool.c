@@ -87,14 +87,13 @@ static void Arrays(const MPMView *view, void *at[])
 {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
 #include "physics/fields.def"
-#undef MPM_FIELD
 }
 
 /* Sends the job for a patch to a worker, and posts the receive of its answer. place: of the slot, which says the
    worker. */
 static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt part, PetscInt place)
 {
-  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES;
   const PetscInt    nv       = MPM_MOTION_NC(core->grid.dim);
   const PoolPatch  *c        = &pool->patches[part];
   const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_JOBS_PER_WORKER);

@@ -24,7 +24,7 @@ typedef struct {
 /* Returns whether a transfer reads the motion of nodes. */
 MPM_INLINE PetscBool MPMPoolReads(const MPMPhase *phase)
 {
-  return phase->kind == MPM_NODES_TO_PARTICLES || phase->parts & MPM_P2G_NODES ? PETSC_TRUE : PETSC_FALSE;
+  return phase->kind == MPM_NODES_TO_PARTICLES || phase->parts & MPM_P2G_NODES;
 }
 
 /* worker.c describes these functions. */

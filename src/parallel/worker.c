@@ -106,7 +106,7 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
 {
   MPMPatch           *patch     = &memory->patch;
   const MPMParticles *particles = &core->particles;
-  const PetscBool     to_nodes  = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     to_nodes  = phase->kind == MPM_PARTICLES_TO_NODES;
   const PetscInt      fields = phase->particles_in | phase->particles_out, n = job->n, dim = core->grid.dim;
 
   PetscFunctionBeginUser;
@@ -134,7 +134,6 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)memory->field[MPM_FIELD_INDEX_##name];
 #include "physics/fields.def"
-#undef MPM_FIELD
   if (MPMPoolReads(phase)) {
     const size_t motions = (size_t)MPMPatchNodes(patch) * MPM_MOTION_NC(dim) * sizeof(PetscReal);
 

@@ -125,7 +125,6 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
       h = MPMMix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                    \
     }
 #include "physics/fields.def"
-#undef MPM_FIELD
     sum += h;
   }
   PetscCall(MPMParticlesRestoreView(particles, -1, &view));

@@ -98,7 +98,7 @@ static PetscBool Scattered(const MPMParticles *particles)
   PetscInt jumps = 0;
 
   for (PetscInt q = 1; q < particles->n; q++) jumps += particles->order[q] != particles->order[q - 1] + 1;
-  return jumps > particles->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
+  return jumps > particles->n / MPM_RUN;
 }
 
 /* Makes the order by a counting sort by cell, then an insertion sort by id in each cell. The latter has little to do,
@@ -125,7 +125,7 @@ static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
   PetscInt most = -1;
 
   for (PetscInt q = 0; q < n; q++) most = PetscMax(most, order[q]);
-  return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
+  return most >= nkept;
 }
 
 /* Makes the order from the one before and its movers. All other particles keep their sequence: cells are copied without
@@ -192,7 +192,7 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
 /* Lists the leavers, ascending: which [n] is allocated here, and the caller frees it. Not collective. */
 PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscInt **which)
 {
-  const PetscBool all        = particles->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool all        = particles->nmovers < 0;
   const PetscInt  candidates = all ? particles->n : particles->nmovers, *movers = particles->movers;
   MPMView         view;
 

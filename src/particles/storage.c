@@ -9,14 +9,12 @@
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) {#name, unit, meaning, ptype, home},
 #include "physics/fields.def"
-#undef MPM_FIELD
 };
 
 #define dim 3 /* where rows are longest */
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   _Static_assert((nc) * sizeof(ctype) <= MPM_ROW_BYTES, #name " has longer rows than MPM_ROW_BYTES");
 #include "physics/fields.def"
-#undef MPM_FIELD
 #undef dim
 
 /* Returns the components of a field in dimension dim. */
@@ -25,7 +23,6 @@ static PetscInt Components(PetscInt field, PetscInt dim)
   const PetscInt components[] = {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) nc,
 #include "physics/fields.def"
-#undef MPM_FIELD
   };
 
   return components[field];
@@ -67,7 +64,6 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
   const PetscBool present[] = {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
 #include "physics/fields.def"
-#undef MPM_FIELD
   };
 #undef KEEPS
 
@@ -192,12 +188,12 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
   PetscInt       spare, unused = particles->places - n;
-  PetscBool      moves, first  = particles->places ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool      moves, first  = !particles->places;
 
   PetscFunctionBeginUser;
   PetscCall(Arrivals(particles, n, &spare));
   spare += MPM_SWARM_BUFFER;
-  moves = unused < 2 * spare || unused > 4 * spare + n / 4 ? PETSC_TRUE : PETSC_FALSE; /* to new memory */
+  moves = unused < 2 * spare || unused > 4 * spare + n / 4; /* to new memory */
   if (moves) {
     if (unused > 4 * spare) PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, 0)); /* else it might keep too few */
     unused            = 4 * spare;
@@ -236,7 +232,6 @@ PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPM
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
 #include "physics/fields.def"
-#undef MPM_FIELD
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

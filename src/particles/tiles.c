@@ -56,9 +56,9 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   t->bits = MPM_TILE_BITS(MPMBasisNodes(patch->basis));
   for (PetscInt d = 0; d < 3; d++) {
     const PetscInt  own = (patch->own_n[d] + edge - 1) / edge, lo = patch->own_lo[d] + grid->layers[d];
-    const PetscBool whole = patch->own_n[d] == grid->nodes[d] ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool whole = patch->own_n[d] == grid->nodes[d];
 
-    t->wraps[d] = whole && grid->periodic[d] ? PETSC_TRUE : PETSC_FALSE;
+    t->wraps[d] = whole && grid->periodic[d];
     t->below[d] = t->keep[d] = 0;
     if (t->wraps[d] || (!alone && !whole && (lo > 0 || grid->periodic[d])))
       t->below[d] = CountBelow(patch, d, lo / edge - 1, lo);
@@ -178,9 +178,8 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
   for (int k = 0; k < MPM_NUM_PASSES; k++) t->nruns[k] = 0;
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
     const PetscInt  j = row % t->n[1], k = row / t->n[1];
-    const PetscBool early  = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
-    const PetscBool waits  = t->waits && (size_t)PetscMax(0, late - came - came / 2) * size < LATE_BYTES ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+    const PetscBool early  = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1];
+    const PetscBool waits  = t->waits && (size_t)PetscMax(0, late - came - came / 2) * size < LATE_BYTES;
     const PetscInt  others = AssignRow(patch, row, early ? 0 : t->n[0] - t->keep[0],
                                       waits ? MPM_PASS_LATE : MPM_PASS_MAIN, start);
 

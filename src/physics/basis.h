@@ -133,13 +133,13 @@ typedef struct {
    walls the stencil of a spline stays on the grid. On a periodic axis node -1 is node cells-1. */
 MPM_INLINE MPMBases MPMBasisBasesOf(MPMBasis basis, PetscInt cells, PetscBool periodic, MPMWallBasis wall)
 {
-  const PetscBool hats   = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool hats   = basis == MPM_BASIS_linear;
+  const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE;
 
   return (MPMBases){.least = walled ? 0 : PETSC_MIN_REAL,
                     .most  = hats || walled ? cells + 1 - MPMBasisNodes(basis) : PETSC_MAX_REAL,
                     .round = cells,
-                    .wraps = periodic && !hats ? PETSC_TRUE : PETSC_FALSE};
+                    .wraps = periodic && !hats};
 }
 
 /* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). Where a base is
@@ -151,7 +151,6 @@ MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, const MPMBases *all, MPMReal l,
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l);
 #include "physics/basis.def"
-#undef MPM_BASIS
   if (MPMBasisIsSpline(basis)) base = MPMMax(MPMAll(all->least), base); /* an operand in memory can only be the first */
   if (basis != MPM_BASIS_gimp) base = MPMMin(MPMAll(all->most), base);
   if (all->wraps) {
@@ -169,7 +168,6 @@ MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal ba
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, l, base, w, g);
 #include "physics/basis.def"
-#undef MPM_BASIS
 }
 
 #if MPM_WIDTH == 1 /* for one particle, with the base as an integer */

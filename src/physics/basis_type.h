@@ -7,7 +7,6 @@
 typedef enum {
 #define MPM_BASIS(name, nodes, layers, inertia, what) MPM_BASIS_##name,
 #include "physics/basis.def"
-#undef MPM_BASIS
   MPM_NUM_BASES
 } MPMBasis;
 
@@ -15,7 +14,6 @@ typedef enum {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   _Static_assert((nodes) <= MPM_MAX_STENCIL, #name " has more nodes than MPM_MAX_STENCIL");
 #include "physics/basis.def"
-#undef MPM_BASIS
 
 /* Returns the nodes of a stencil per axis. */
 MPM_INLINE int MPMBasisNodes(MPMBasis basis)
@@ -23,7 +21,6 @@ MPM_INLINE int MPMBasisNodes(MPMBasis basis)
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) return nodes;
 #include "physics/basis.def"
-#undef MPM_BASIS
   return 0;
 }
 
@@ -33,7 +30,6 @@ MPM_INLINE int MPMBasisLayers(MPMBasis basis)
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) return layers;
 #include "physics/basis.def"
-#undef MPM_BASIS
   return 0;
 }
 
@@ -43,7 +39,6 @@ MPM_INLINE int MPMBasisInertia(MPMBasis basis)
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) return inertia;
 #include "physics/basis.def"
-#undef MPM_BASIS
   return 0;
 }
 

@@ -102,7 +102,7 @@ static PetscReal FromHalfspace(const MPMRegion *r, PetscInt dim, const PetscReal
 /* Is a place inside of a surface, or is a formula positive there, without regard to lower and upper? */
 static PetscBool Encloses(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  if (!r->surface) return r->formula(r->context, dim, x) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (!r->surface) return r->formula(r->context, dim, x) > 0;
   for (PetscInt d = 0; d < r->surface->dim; d++)
     if (x[d] < r->surface->lower[d] || x[d] > r->surface->upper[d]) return PETSC_FALSE;
   (void)MPMSurfaceLine(r->surface, x);
@@ -177,14 +177,14 @@ static const Distance from[MPM_NUM_REGIONS] = {[MPM_REGION_box]        = FromBox
 
 static PetscBool HasFaces(const MPMRegion *r)
 {
-  return r->surface || r->type == MPM_REGION_expression ? PETSC_TRUE : PETSC_FALSE;
+  return r->surface || r->type == MPM_REGION_expression;
 }
 
 /* Returns whether what lies at the lower end of the grid along an axis, or at its upper end, is no surface of any
    shape: all if walls are open, and the axis of bodies of revolution. */
 static PetscBool IsOpen(const MPMGrid *grid, PetscBool open, PetscInt d, PetscInt end)
 {
-  return open || (grid->round && d + end == 0 && grid->lower[0] == 0) ? PETSC_TRUE : PETSC_FALSE;
+  return open || (grid->round && d + end == 0 && grid->lower[0] == 0);
 }
 
 /* Copies the faces of a surface that do not lie at a wall of the grid, or beyond it, if such ones are open. */
@@ -264,15 +264,13 @@ void MPMRegionDropDistance(MPMRegion *r)
 PetscBool MPMRegionMakeDistance(MPMRegion *r, const MPMGrid *grid, PetscBool open)
 {
   const PetscBool endless = r->type == MPM_REGION_halfspace || r->type == MPM_REGION_polygon ||
-                                    r->type == MPM_REGION_expression
-                                ? PETSC_TRUE
-                                : PETSC_FALSE;
-  MPMFaces        faces   = {0};
-  PetscReal       h       = 0, reach;
-  PetscBool       made    = PETSC_TRUE;
+                            r->type == MPM_REGION_expression;
+  MPMFaces  faces = {0};
+  PetscReal h     = 0, reach;
+  PetscBool made  = PETSC_TRUE;
 
   for (PetscInt d = 0; d < grid->dim; d++) {
-    const PetscBool own = r->type == MPM_REGION_polygon && d < 2 ? PETSC_TRUE : PETSC_FALSE; /* bounds of its corners */
+    const PetscBool own = r->type == MPM_REGION_polygon && d < 2; /* bounds of its corners */
 
     h             = PetscMax(h, grid->h[d]);
     r->open[0][d] = (IsOpen(grid, open, d, 0) || (endless && !own)) &&

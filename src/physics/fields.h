@@ -9,7 +9,6 @@
 enum {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) MPM_FIELD_INDEX_##name,
 #include "physics/fields.def"
-#undef MPM_FIELD
   MPM_NUM_FIELDS
 };
 #define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
@@ -42,7 +41,6 @@ typedef struct {
   PetscInt n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype *name;
 #include "physics/fields.def"
-#undef MPM_FIELD
 } MPMView;
 
 /* MPMComponents_x(dim), ...: the components of each field. */
@@ -53,6 +51,5 @@ typedef struct {
     return nc;                                                                                                         \
   }
 #include "physics/fields.def"
-#undef MPM_FIELD
 
 #endif

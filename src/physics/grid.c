@@ -4,7 +4,6 @@
 const char *const MPMBasisNames[] = {
 #define MPM_BASIS(name, nodes, layers, inertia, what) #name,
 #include "physics/basis.def"
-#undef MPM_BASIS
 };
 
 #define TILES 4 /* nodes: places begin with whole tiles and boxes of F-bar, so that each body has the same ones alone */

@@ -198,47 +198,34 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   }
 #endif
 
-/* Defines a law whose stress is a function of F. Further members of its row for single particles may follow, as
-   .tangent = MPM_LAW_ALL(<name>, tangent) after MPM_LAW_TANGENTS(<name>). */
+/* Defines a law by its functions; the members that follow are those for single particles alone. */
 #if MPM_WIDTH == 1
-#define MPM_MATERIAL_DEFINE(law, ...)                                                                                  \
-  MPM_LAW_STRESSES(law)                                                                                                \
+#define MPM_LAW_DEFINE(law, function, ...)                                                                             \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
-  const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_ALL(law, stress),                              \
-                                                      .energy = MPM_LAW_ALL(law, energy),                              \
-                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
-                                                      .lanes  = MPM_LAW_LANES(law),                                    \
+  const MPMMaterialLaw        MPMMaterialLaw_##law = {.function = MPM_LAW_ALL(law, function),                          \
+                                                      .energy   = MPM_LAW_ALL(law, energy),                            \
+                                                      .speed2   = MPM_LAW_ALL(law, speed2),                            \
+                                                      .lanes    = MPM_LAW_LANES(law),                                  \
                                                       __VA_ARGS__};
 #else
+#define MPM_LAW_DEFINE(law, function, ...)                                                                             \
+  MPM_LAW_SCALARS(law, speed2)                                                                                         \
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.function = MPM_LAW_ALL(law, function),                 \
+                                                               .speed2   = MPM_LAW_ALL(law, speed2)};
+#endif
+
+/* Defines a law whose stress is a function of F. Further members of its row for single particles may follow, as
+   .tangent = MPM_LAW_ALL(<name>, tangent) after MPM_LAW_TANGENTS(<name>). */
 #define MPM_MATERIAL_DEFINE(law, ...)                                                                                  \
   MPM_LAW_STRESSES(law)                                                                                                \
-  MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_ALL(law, stress),                     \
-                                                               .speed2 = MPM_LAW_ALL(law, speed2)};
-#endif
+  MPM_LAW_DEFINE(law, stress, __VA_ARGS__)
 
 /* Defines a law with history: `state` are the fields that a step changes, tau among them. `prepare` is its setup or
    NULL; further members may follow as above. */
-#if MPM_WIDTH == 1
 #define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state, ...)                                                          \
   MPM_LAW_UPDATES(law, state)                                                                                          \
-  MPM_LAW_SCALARS(law, energy)                                                                                         \
-  MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
-  const MPMMaterialLaw        MPMMaterialLaw_##law = {.setup  = (prepare),                                             \
-                                                      .update = MPM_LAW_ALL(law, update),                              \
-                                                      .energy = MPM_LAW_ALL(law, energy),                              \
-                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
-                                                      .lanes  = MPM_LAW_LANES(law),                                    \
-                                                      __VA_ARGS__};
-#else
-#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state, ...)                                                          \
-  MPM_LAW_UPDATES(law, state)                                                                                          \
-  MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_ALL(law, update),                     \
-                                                               .speed2 = MPM_LAW_ALL(law, speed2)};
-#endif
+  MPM_LAW_DEFINE(law, update, .setup = (prepare), __VA_ARGS__)
 
 #endif

@@ -3,13 +3,11 @@
 
 #define MPM_MATERIAL(name, traits, parameters, state, what) extern const MPMMaterialLaw MPMMaterialLaw_##name;
 #include "physics/material.def"
-#undef MPM_MATERIAL
 
 const MPMMaterialType MPMMaterialTypes[] = {
 #define MPM_MATERIAL(name, traits, parameters, state, what)                                                            \
   {#name, parameters, state, what, traits, &MPMMaterialLaw_##name},
 #include "physics/material.def"
-#undef MPM_MATERIAL
     {NULL, NULL, NULL, NULL, 0, NULL}};
 
 const char *MPMMaterialSetUp(MPMMaterial *m)
@@ -66,10 +64,10 @@ void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b
 
 PetscBool MPMMaterialKeepsShape(const MPMMaterial *m)
 {
-  return m->type->traits & MPM_LOOSE ? PETSC_FALSE : PETSC_TRUE;
+  return !(m->type->traits & MPM_LOOSE);
 }
 
 PetscBool MPMMaterialKnowsFlow(const MPMMaterial *m)
 {
-  return m->type->traits & MPM_PLASTIC && m->state & MPM_BIT(ep) ? PETSC_TRUE : PETSC_FALSE;
+  return m->type->traits & MPM_PLASTIC && m->state & MPM_BIT(ep);
 }

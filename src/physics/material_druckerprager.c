@@ -55,7 +55,7 @@ static const char *druckerprager_setup(MPMMaterial *m)
   m->friction = a = m->plane ? druckerprager_plane_slope(phi, b) : druckerprager_slope(phi);
   m->acts[0]      = druckerprager_angle(3 * a / (PetscSqrtReal(8. / 3) + a));
   m->acts[1]      = druckerprager_angle(3 * a * PetscSqrtReal(2 - 3 * b * b) / (2 - 3 * a * b));
-  m->skew         = a > b * (1 + 1e-12) ? PETSC_TRUE : PETSC_FALSE; /* equal ones may differ by rounding */
+  m->skew         = a > b * (1 + 1e-12); /* equal ones may differ by rounding */
   m->asked        = &MPMMaterialLaw_druckerprager_strain;
   return NULL;
 }
@@ -133,9 +133,9 @@ MPM_INLINE void druckerprager_tangent(int dim, const MPMMaterial *m, PetscReal d
   for (int k = 0; k < 3; k++) norm += (e[k] - tr / 3) * (e[k] - tr / 3);
   norm   = two * PetscSqrtReal(norm); /* |dev tau| */
   f      = norm + m->friction * (K3 * (tr + open) - m->cohesion);
-  beyond = two * (K3 * (tr + open) - m->cohesion) >= 3 * K3 * m->dilation * norm ? PETSC_TRUE : PETSC_FALSE;
+  beyond = two * (K3 * (tr + open) - m->cohesion) >= 3 * K3 * m->dilation * norm;
   if (norm == 0 && K3 * (tr + open) == m->cohesion) beyond = PETSC_FALSE; /* on the apex: as under pressure */
-  flows = !beyond && f > 0 ? PETSC_TRUE : PETSC_FALSE;
+  flows = !beyond && f > 0;
   if (beyond) keep = 0;
   if (flows) keep = 1 - two * f / hard / norm;
   for (int k = 0; k < 3 && flows; k++) n[k] = two * (e[k] - tr / 3) / norm;

@@ -12,7 +12,7 @@
 /* Removes tau from the state of a fluid without viscosity. */
 static const char *fluid_setup(MPMMaterial *m)
 {
-  m->skew = m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  m->skew = m->viscosity > 0;
   if (!m->skew) m->state &= ~MPM_BIT(tau);
   return NULL;
 }

@@ -57,7 +57,7 @@ static PetscBool OfBox(const MPMRegion *r, PetscInt dim, MPMFaces *to)
 PetscBool MPMRegionOutline(const MPMRegion *r, const MPMGrid *grid, MPMFaces *to)
 {
   const PetscInt dim   = grid->dim;
-  PetscBool      whole = r->others ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool      whole = !r->others;
   Drawn          drawn = {.shape = r, .box = {.type = MPM_REGION_box}};
   MPMImplicit    of    = {.dim = dim, .f = Within, .context = &drawn};
 

@@ -29,14 +29,14 @@ static PetscBool Inside_box(const MPMRegion *r, PetscInt dim, const PetscReal x[
 
 static PetscBool Inside_sphere(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Distance2(r, dim, x) < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return Distance2(r, dim, x) < r->radius * r->radius;
 }
 
 static PetscBool Inside_annulus(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   const PetscReal s = Distance2(r, dim, x);
 
-  return r->inner_radius * r->inner_radius <= s && s < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return r->inner_radius * r->inner_radius <= s && s < r->radius * r->radius;
 }
 
 /* The squared distance from the axis is a sum of squares, which keeps its digits far from the centre. */
@@ -51,12 +51,12 @@ static PetscBool Inside_cylinder(const MPMRegion *r, PetscInt dim, const PetscRe
 
     q += away * away;
   }
-  return q < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+  return q < r->radius * r->radius;
 }
 
 static PetscBool Inside_halfspace(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Inside_box(r, dim, x) && Along(r, dim, x) < 0 ? PETSC_TRUE : PETSC_FALSE;
+  return Inside_box(r, dim, x) && Along(r, dim, x) < 0;
 }
 
 static PetscBool Inside_polygon(const MPMRegion *r, PetscInt dim, const PetscReal x[])
@@ -69,7 +69,7 @@ static PetscBool Inside_polygon(const MPMRegion *r, PetscInt dim, const PetscRea
 /* A value that is not a number is not positive. */
 static PetscBool Inside_expression(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
-  return Inside_box(r, dim, x) && r->formula(r->context, dim, x) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return Inside_box(r, dim, x) && r->formula(r->context, dim, x) > 0;
 }
 
 static PetscBool Inside_stl(const MPMRegion *r, PetscInt dim, const PetscReal x[])
@@ -90,12 +90,10 @@ static PetscBool Inside_file(const MPMRegion *r, PetscInt dim, const PetscReal x
 const char *const MPMRegionNames[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
-#undef MPM_REGION
 };
 const char *const MPMRegionParameters[] = {
 #define MPM_REGION(name, solid, parameters, what) parameters,
 #include "physics/region.def"
-#undef MPM_REGION
 };
 
 /* Returns whether x [dim] in m is inside the shape, without regard to others. */
@@ -106,11 +104,9 @@ static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
 #define MPM_REGION(name, solid, parameters, what) Inside_##name,
 #include "physics/region.def"
-#undef MPM_REGION
   };
 
-  if (r->sweep > 0)
-    return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep ? PETSC_TRUE : PETSC_FALSE;
+  if (r->sweep > 0) return MPMRegionLeaves(r, dim, x, r->along, &at) && 0 < at && at <= r->sweep;
   return inside[r->type](r, dim, x);
 }
 
@@ -128,18 +124,16 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
   static const PetscBool solids[] = {
 #define MPM_REGION(name, solid, parameters, what) solid,
 #include "physics/region.def"
-#undef MPM_REGION
   };
 
-  return solids[r->type] && !(r->sweep > 0) ? PETSC_TRUE : PETSC_FALSE;
+  return solids[r->type] && !(r->sweep > 0);
 }
 
 /* Computes the box around the shape without regard to others; of a swept one it may be larger. */
 static void BoundsAlone(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
 {
-  const PetscBool cylinder = r->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool centered = cylinder || r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+  const PetscBool cylinder = r->type == MPM_REGION_cylinder;
+  const PetscBool centered = cylinder || r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus;
 
   for (PetscInt d = 0; d < dim; d++) {
     PetscReal half = r->radius;

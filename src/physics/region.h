@@ -8,7 +8,6 @@
 typedef enum {
 #define MPM_REGION(name, solid, parameters, what) MPM_REGION_##name,
 #include "physics/region.def"
-#undef MPM_REGION
   MPM_NUM_REGIONS
 } MPMRegionType;
 

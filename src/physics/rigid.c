@@ -116,7 +116,7 @@ void MPMRigidPoint(const MPMRigid *r, PetscInt k, PetscReal x[])
 PetscInt MPMRigidLowest(const MPMRigid *r, PetscInt dim, const PetscReal down[], PetscReal x[2][3])
 {
   const MPMRegion *shape = r->shape;
-  const PetscBool  rod   = shape->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool  rod   = shape->type == MPM_REGION_cylinder;
   PetscReal        center[3], end[3] = {0}, out[3], n[3], along = 0, size = 0;
 
   if (!rod && shape->type != MPM_REGION_sphere && shape->type != MPM_REGION_annulus) return 0;
@@ -170,7 +170,7 @@ PetscBool MPMRigidTouches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, Pe
   if (MPMRigidIsRound(a)) {
     if (distance > a->shape->radius + most) return PETSC_FALSE;
     for (PetscInt d = 0; d < dim; d++) x[d] -= distance * n[d]; /* far from some shapes the distance is too small */
-    return MPMRigidDistance(b, dim, x, n) <= 0.5 * distance ? PETSC_TRUE : PETSC_FALSE;
+    return MPMRigidDistance(b, dim, x, n) <= 0.5 * distance;
   }
   for (PetscInt k = 0; k < a->npoints && distance <= a->reach + most; k++) {
     MPMRigidPoint(a, k, x);

@@ -104,7 +104,7 @@ MPM_INLINE PetscBool MPMRigidIsHeld(const MPMRigid *r, PetscInt d)
 /* Returns whether a body is a ball or a disk. */
 MPM_INLINE PetscBool MPMRigidIsRound(const MPMRigid *r)
 {
-  return r->shape->type == MPM_REGION_sphere && !(r->shape->ncut + r->shape->nwithin) ? PETSC_TRUE : PETSC_FALSE;
+  return r->shape->type == MPM_REGION_sphere && !(r->shape->ncut + r->shape->nwithin);
 }
 
 #endif

@@ -44,6 +44,6 @@ void MPMGridFiner(const MPMGrid *grid, PetscReal times, char text[], size_t len)
   }
   (void)snprintf(text, len, "-grid_cells");
   for (PetscInt d = 0; d < grid->dim; d++)
-    (void)snprintf(text + strlen(text), len - strlen(text), "%c%.0f", d ? ',' : ' ',
-                   (double)PetscCeilReal(times * (PetscReal)grid->cells[d] * (1 - 1e-9)));
+    MPMAppend(text, len, "%c%.0f", d ? ',' : ' ',
+              (double)PetscCeilReal(times * (PetscReal)grid->cells[d] * (1 - 1e-9)));
 }

@@ -101,7 +101,7 @@ static const char *Fluid(const MPMMaterial *m, PetscInt dim, const PetscReal tau
   PetscReal       from = 1, to = 1;
 
   for (int k = 0; k < 6; k++) {
-    const PetscBool shear = k == 1 || k == 2 || k == 4 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool shear = k == 1 || k == 2 || k == 4;
 
     if ((k > 2 && dim == 1) || (k == 5 && dim == 2)) continue; /* along a missing axis */
     if (PetscAbsReal(tau[k] - (shear ? 0 : tau[0])) > 1e-9 * Largest(tau))
@@ -196,7 +196,7 @@ static void AddTo(PetscInt dim, PetscInt k, PetscReal more, PetscReal F[])
 static PetscBool IsStretch(PetscInt dim, const PetscReal F[])
 {
   if (!(F[0] > 0 && MPMDet((int)dim, F) > 0)) return PETSC_FALSE;
-  return dim < 3 || F[0] * F[4] - F[1] * F[3] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return dim < 3 || F[0] * F[4] - F[1] * F[3] > 0;
 }
 
 /* Sets r [n] to tau - wanted, of the axes that there are; returns its largest component. */

@@ -20,7 +20,7 @@ static void Slab(PetscReal x, PetscReal e, PetscReal lower, PetscReal upper, Pet
 static void Ball(const MPMRegion *r, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *from,
                  PetscReal *to)
 {
-  const PetscBool ball   = r->type == MPM_REGION_sphere ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool ball   = r->type == MPM_REGION_sphere;
   PetscReal       x_axis = 0, e_axis = 0, ee = 0, xe = 0, xx = 0, root;
 
   for (PetscInt d = 0; d < dim && !ball; d++) {
@@ -68,12 +68,9 @@ static void Edges(const MPMRegion *r, const PetscReal x[], const PetscReal e[], 
 
 PetscBool MPMRegionSweeps(const MPMRegion *r, PetscInt dim, const PetscReal e[])
 {
-  if (r->type == MPM_REGION_polygon && dim == 3)
-    return e[2] == 0 || (e[0] == 0 && e[1] == 0) ? PETSC_TRUE : PETSC_FALSE;
+  if (r->type == MPM_REGION_polygon && dim == 3) return e[2] == 0 || (e[0] == 0 && e[1] == 0);
   return r->type == MPM_REGION_box || r->type == MPM_REGION_sphere || r->type == MPM_REGION_cylinder ||
-                 r->type == MPM_REGION_polygon
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         r->type == MPM_REGION_polygon;
 }
 
 PetscBool MPMRegionLeaves(const MPMRegion *r, PetscInt dim, const PetscReal x[], const PetscReal e[], PetscReal *at)
@@ -91,5 +88,5 @@ PetscBool MPMRegionLeaves(const MPMRegion *r, PetscInt dim, const PetscReal x[],
     (void)MPMSurfaceLine(r->surface, x);
     if (MPMSurfaceBelow(r->surface, x[1]) % 2 == 0) *at = -PETSC_MAX_REAL;
   }
-  return *at > from ? PETSC_TRUE : PETSC_FALSE;
+  return *at > from;
 }

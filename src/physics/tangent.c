@@ -45,7 +45,7 @@ static void Begin(const MPMTangent *t, PetscInt first, PetscInt last, Block *b)
 /* Returns whether x is a positive number. */
 static PetscBool IsPositive(PetscReal x)
 {
-  return x > 0 && x <= PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+  return x > 0 && x <= PETSC_MAX_REAL;
 }
 
 /* Returns det f. */
@@ -71,7 +71,7 @@ static PetscBool Deform(const MPMTangent *t, const PetscReal H[], PetscInt p, Bl
   }
   b->grown[p] = IsPositive(J) && IsPositive(J * was) && (!t->round || 1 + H[b->nc - 1] > 0) ? J : 0;
   for (PetscInt k = 0; k < b->nc; k++) b->H[k][p] = b->grown[p] > 0 ? H[k] : 0;
-  return b->grown[p] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return b->grown[p] > 0;
 }
 
 /* Sets the columns of H from rows [n][nc], those of lanes without a particle to the last one; returns how many
@@ -299,5 +299,5 @@ PetscBool MPMTangentIsOwn(const MPMMaterial *m)
 PetscBool MPMTangentIsSymmetric(const MPMMaterial *m, PetscInt dim)
 {
   if (dim == 1) return PETSC_TRUE;
-  return m->type->traits & MPM_SYMMETRIC && !m->skew ? PETSC_TRUE : PETSC_FALSE;
+  return m->type->traits & MPM_SYMMETRIC && !m->skew;
 }

@@ -88,23 +88,19 @@ static PetscBool MPMWallApply_piston(MPM_WALL_ARGUMENTS)
 const char MPMFaceNames[6][MPM_NAME_LEN] = {
 #define MPM_FACE(name) #name,
 #include "physics/face.def"
-#undef MPM_FACE
 };
 const char *const MPMWallNames[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) #name,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 const char *const MPMWallParameters[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) parameters,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 
 const int MPMWallActions[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) acts,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 #define NEEDS(acts, word, other) (!((acts)&MPM_WALL_##word) || ((acts)&MPM_WALL_##other))
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what)                                             \
@@ -117,7 +113,6 @@ const int MPMWallActions[] = {
   _Static_assert(!((acts)&MPM_WALL_PUSHES) || MPM_WALL_##residual == MPM_WALL_free, #name ": xpic filters freely");    \
   _Static_assert(!((acts)&MPM_WALL_MOVES) || MPM_WALL_##residual != MPM_WALL_##name, #name ": residuals do not move");
 #include "physics/wall.def"
-#undef MPM_WALL
 #undef NEEDS
 
 static PetscReal Least(const MPMFace *f, const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
@@ -142,7 +137,6 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
   static PetscBool (*const apply[])(MPM_WALL_ARGUMENTS) = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPMWallApply_##name,
 #include "physics/wall.def"
-#undef MPM_WALL
   };
   PetscBool constrained = PETSC_FALSE;
 
@@ -164,17 +158,14 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
 static const MPMWall before[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##before,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 static const MPMWall gradient[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##gradient,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 static const MPMWall residual[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##residual,
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 
 /* Returns whether another wall drives node ijk along axis d into the one that pushes there, which leaves it the inward
@@ -231,7 +222,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
 
 PetscBool MPMWallWaits(MPMWall type)
 {
-  return MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston;
 }
 
 /* The nodes beside a plane are those of a stencil there; of gimp, those of a domain that begins at it. */

@@ -8,7 +8,6 @@
 typedef enum {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##name,
 #include "physics/wall.def"
-#undef MPM_WALL
   MPM_NUM_WALLS
 } MPMWall;
 
@@ -26,7 +25,7 @@ enum {
 extern const int     MPMWallActions[]; /* [MPMWall] */
 MPM_INLINE PetscBool MPMWallHas(MPMWall type, int acts)
 {
-  return MPMWallActions[type] & acts ? PETSC_TRUE : PETSC_FALSE;
+  return (MPMWallActions[type] & acts) != 0;
 }
 
 extern const char MPMFaceNames[6][MPM_NAME_LEN]; /* [2 axis + side] rows of face.def */
@@ -89,7 +88,7 @@ PetscBool MPMWallWaits(MPMWall);
    behind or beside its plane. */
 MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
 {
-  return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
+  return inside <= f->reach + f->beside;
 }
 
 /* Returns the number of the nodes of a face with normal `axis`, those of all places of copies, or the largest there can
@@ -145,7 +144,7 @@ MPM_INLINE PetscBool MPMWallsReach(const MPMFace (*faces)[2], const MPMGrid *gri
 {
   const PetscInt at = MPMGridFold(grid, d, i);
 
-  return at <= faces[d][0].reach || at >= grid->cells[d] - faces[d][1].reach ? PETSC_TRUE : PETSC_FALSE;
+  return at <= faces[d][0].reach || at >= grid->cells[d] - faces[d][1].reach;
 }
 
 #endif

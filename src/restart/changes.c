@@ -3,7 +3,6 @@
 #include <strings.h>
 #include "base/checksum.h"
 #include "restart/restart.h"
-#include "step/step.h"
 
 typedef enum { MPM_ACTS_NOT, MPM_ACTS_RUN, MPM_ACTS, MPM_ACTS_NEVER } Acts;
 static const struct {
@@ -12,7 +11,6 @@ static const struct {
 } changes[] = {
 #define MPM_CHANGE(option, acts) {option, acts},
 #include "restart/changes.def"
-#undef MPM_CHANGE
 };
 
 static Acts ActsOf(const char row[])
@@ -34,9 +32,9 @@ static PetscBool SameValue(const char a[], const char b[])
     char        *after_a, *after_b;
     const double x = strtod(a, &after_a), y = strtod(b, &after_b);
 
-    if (after_a == a || after_b == b || x != y) return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
+    if (after_a == a || after_b == b || x != y) return !strcasecmp(a, b);
     if (!*after_a && !*after_b) return PETSC_TRUE;
-    if (*after_a != ',' || *after_b != ',') return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
+    if (*after_a != ',' || *after_b != ',') return !strcasecmp(a, b);
     a = after_a + 1;
     b = after_b + 1;
   }
@@ -136,9 +134,7 @@ PetscInt64 MPMRestartKinds(const MPMScene *scene)
 static PetscBool CanMake(PetscBool flows, PetscInt field)
 {
   return (MPMFields[field].home == MPM_SWARM && field != MPM_FIELD_INDEX_l && !flows) || field == MPM_FIELD_INDEX_C ||
-                 field == MPM_FIELD_INDEX_bar
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         field == MPM_FIELD_INDEX_bar;
 }
 
 PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
@@ -149,8 +145,7 @@ PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 
   PetscFunctionBeginUser;
   c->missing = 0;
-  for (PetscInt b = 0; b < c->scene->nfilled; b++)
-    flows = flows || c->scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < c->scene->nfilled; b++) flows = flows || c->scene->bodies[b].source.on;
   if (c->kinds != MPMRestartKinds(c->scene)) {
     (void)snprintf(c->core->stop, sizeof c->core->stop,
                    "-restart_file %.1000s: its particles have other masses, volumes, numbers or contacts than those of "

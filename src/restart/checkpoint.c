@@ -15,7 +15,6 @@
 #include "base/fault.h"
 #include "restart/checkpoint.h"
 #include "results/hdf5.h"
-#include "results/output.h"
 #include "results/provenance.h"
 #include "results/rows.h"
 
@@ -24,7 +23,7 @@
 
 PetscBool MPMCheckpointHasField(PetscInt field)
 {
-  return MPMFields[field].home != MPM_SCRATCH && field != MPM_FIELD_INDEX_cell ? PETSC_TRUE : PETSC_FALSE;
+  return MPMFields[field].home != MPM_SCRATCH && field != MPM_FIELD_INDEX_cell;
 }
 
 PetscBool MPMCheckpointIs(const char path[])
@@ -35,8 +34,7 @@ PetscBool MPMCheckpointIs(const char path[])
   PetscBool         is;
 
   if (file < 0) return PETSC_FALSE;
-  is = pread(file, head, sizeof head, 0) == (ssize_t)sizeof head && !memcmp(head, start, sizeof head) ? PETSC_TRUE
-                                                                                                      : PETSC_FALSE;
+  is = pread(file, head, sizeof head, 0) == (ssize_t)sizeof head && !memcmp(head, start, sizeof head);
   (void)close(file);
   return is;
 }
@@ -107,7 +105,7 @@ PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm comm, char fault[M
 
 static PetscBool IsKept(const MPMVariable *v)
 {
-  return v->uses & MPM_KEPT && v->n && v->at ? PETSC_TRUE : PETSC_FALSE;
+  return v->uses & MPM_KEPT && v->n && v->at;
 }
 
 /* Sets *words to the numbers of exact sums, reduced, which the caller frees. Collective on comm. */
@@ -145,7 +143,7 @@ static PetscBool WriteOne(hid_t group, const MPMVariable *v, PetscInt64 *words)
   }
   space = H5Screate_simple(1, &n, NULL);
   set   = from ? H5Dcreate2(group, v->name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT) : -1;
-  good  = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, from) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+  good  = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, from) >= 0;
   if (set >= 0 && H5Dclose(set) < 0) good = PETSC_FALSE;
   (void)H5Sclose(space);
   (void)H5Tclose(type);
@@ -187,7 +185,7 @@ static PetscErrorCode MakeFields(MPMFile *file, const MPMParticles *particles)
 
     if (!particles->present[f] || !MPMCheckpointHasField(f)) continue;
     PetscCall(MPMFileDataset(file, group, MPMFields[f].name, MPMFields[f].unit, NULL,
-                             MPMFields[f].type == PETSC_REAL ? PETSC_FALSE : PETSC_TRUE, nc > 1 ? 2 : 1, size));
+                             !(MPMFields[f].type == PETSC_REAL), nc > 1 ? 2 : 1, size));
   }
   if (group >= 0) H5(H5Gclose(group));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -24,21 +24,16 @@ static PetscBool ReadOne(hid_t group, const MPMVariable *kept, PetscMPIInt rank)
   int64_t       *whole = NULL;
   PetscBool      good  = PETSC_FALSE;
 
-  if (set < 0) return kept->n ? PETSC_FALSE : PETSC_TRUE;
+  if (set < 0) return !kept->n;
   if (kept->type == MPM_VARIABLE_TEXT)
     good = H5Tget_class(type) == H5T_STRING && width <= (size_t)kept->n &&
-                   H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, kept->at) >= 0
-               ? PETSC_TRUE
-               : PETSC_FALSE;
+           H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, kept->at) >= 0;
   else if (H5Sget_simple_extent_npoints(space) == n && width == 8) {
-    const PetscBool direct = kept->type == MPM_VARIABLE_REAL || kept->type == MPM_VARIABLE_INT64 ? PETSC_TRUE
-                                                                                                 : PETSC_FALSE;
+    const PetscBool direct = kept->type == MPM_VARIABLE_REAL || kept->type == MPM_VARIABLE_INT64;
 
     if (!direct) whole = malloc((size_t)n * sizeof *whole);
     good = H5Dread(set, kept->type == MPM_VARIABLE_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL,
-                   H5P_DEFAULT, direct ? kept->at : whole) >= 0
-               ? PETSC_TRUE
-               : PETSC_FALSE;
+                   H5P_DEFAULT, direct ? kept->at : whole) >= 0;
     for (PetscInt k = 0; whole && good && k < n; k++) {
       if (kept->type == MPM_VARIABLE_INT) ((PetscInt *)kept->at)[k] = (PetscInt)whole[k];
       if (kept->type == MPM_VARIABLE_SUM)
@@ -110,8 +105,7 @@ PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[
   H5(group = H5Gopen2(file, "particles", H5P_DEFAULT));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (H5Lexists(group, MPMFields[f].name, H5P_DEFAULT) > 0)
-      (void)snprintf(names + strlen(names), MPM_TEXT_LEN - strlen(names), "%s%s", names[0] ? " " : "",
-                     MPMFields[f].name);
+      MPMAppend(names, MPM_TEXT_LEN, "%s%s", names[0] ? " " : "", MPMFields[f].name);
   H5(H5Gclose(group));
   H5(H5Fclose(file));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -123,7 +117,7 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particle
 {
   const PetscInt  nc       = MPMCheckpointNumbers(particles, field);
   const hsize_t   start[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)n, (hsize_t)nc};
-  const PetscBool whole = MPMFields[field].type == PETSC_INT ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool whole = MPMFields[field].type == PETSC_INT;
   int64_t        *read  = NULL;
   hid_t           file, set, space, memory;
 

@@ -1,7 +1,6 @@
 /* checkpoints.c - when a run writes checkpoints, what they have beside the particles, and which of them are kept. */
 #include <dirent.h>
 #include <unistd.h>
-#include "base/fault.h"
 #include "base/signals.h"
 #include "restart/checkpoint.h"
 #include "restart/restart.h"
@@ -92,8 +91,7 @@ static PetscErrorCode RemoveOld(MPMCheckpoint *c)
 void MPMCheckpointTotals(char text[MPM_TEXT_LEN])
 {
   text[0] = 0;
-  for (PetscInt q = 0; q < MPM_NUM_DIAGNOSTICS; q++)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s ", MPMDiagnostics[q].name);
+  for (PetscInt q = 0; q < MPM_NUM_DIAGNOSTICS; q++) MPMAppend(text, MPM_TEXT_LEN, "%s ", MPMDiagnostics[q].name);
 }
 
 void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
@@ -142,12 +140,11 @@ static void Append(char text[], size_t len, const char word[])
   (void)snprintf(text + n, len - n, "%s", n ? " " : "");
   if (word[0] &&
       strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/+-=,:%@") == strlen(word))
-    (void)snprintf(text + strlen(text), len - strlen(text), "%s", word);
+    MPMAppend(text, len, "%s", word);
   else {
-    (void)snprintf(text + strlen(text), len - strlen(text), "'");
-    for (; *word; word++)
-      (void)snprintf(text + strlen(text), len - strlen(text), *word == '\'' ? "'\\''" : "%c", *word);
-    (void)snprintf(text + strlen(text), len - strlen(text), "'");
+    MPMAppend(text, len, "'");
+    for (; *word; word++) MPMAppend(text, len, *word == '\'' ? "'\\''" : "%c", *word);
+    MPMAppend(text, len, "'");
   }
 }
 
@@ -241,7 +238,7 @@ PetscErrorCode MPMCheckpointStep(MPMCheckpoint *c, PetscBool ends)
   const PetscInt  asked = ends ? MPM_ASKED_NOTHING : (PetscInt)core->status.asked;
   PetscLogDouble  now;
   PetscMPIInt     rank;
-  const PetscBool due = c->every > 0 && core->t >= c->next ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool due = c->every > 0 && core->t >= c->next;
 
   PetscFunctionBeginUser;
   if (c->off) PetscFunctionReturn(PETSC_SUCCESS);
@@ -307,7 +304,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "checkpoint_every", NULL, &c->every, &every));
   PetscCall(MPMOptionsReal(o, "checkpoint_wall", NULL, &c->wall, &wall));
   PetscCall(MPMOptionsInt(o, "checkpoint_keep", NULL, &c->keep, NULL));
-  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0) ? PETSC_TRUE : PETSC_FALSE;
+  c->wanted = c->core->stages.n || (every && c->every > 0) || (wall && c->wall > 0);
   c->next   = MPMNextTime(0, c->every);
   PetscCall(PetscTime(&c->written));
 #if !defined(PETSC_HAVE_HDF5)

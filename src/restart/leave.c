@@ -3,7 +3,6 @@
 #include <strings.h>
 #include "parallel/exchange.h"
 #include "restart/restart.h"
-#include "results/selected.h"
 #include "step/step.h"
 
 /* Returns whether a list of names separated by commas has a name. */
@@ -70,7 +69,7 @@ PetscErrorCode MPMLeaveSetFromOptions(MPMCheckpoint *c, PetscBool restarts, MPMO
       break;
     }
     body->removed = PETSC_TRUE;
-    (void)snprintf(is + strlen(is), sizeof is - strlen(is), "%s,", body->name);
+    MPMAppend(is, sizeof is, "%s,", body->name);
     if (body->rigid != MPM_RIGID_NONE) Release(c->core, body->name);
   }
   for (PetscInt b = 0; b < scene->nbodies; b++) stay += !scene->bodies[b].removed;

@@ -23,7 +23,7 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
   if (!text || text[0] != '-') MPMFault(fault, "-rerun: cannot repeat", path, "it has no options of a run of pebble");
   for (size_t k = 0; k < 2; k++) {
     PetscCall(PetscOptionsHasName(NULL, NULL, k ? "-output_name" : "-output_dir", &given));
-    elsewhere = elsewhere || given ? PETSC_TRUE : PETSC_FALSE;
+    elsewhere = elsewhere || given;
   }
   if (!elsewhere)
     MPMFault(fault, "-rerun", path, "give a folder for the new results (-output_dir), or a name (-output_name)");

@@ -67,9 +67,7 @@ static PetscErrorCode FindHistory(MPMCheckpoint *c, MPMOptions o)
   PetscCallMPI(MPI_Comm_rank(c->core->comm, &rank));
   if (!rank)
     c->own = c->history_length > 0 &&
-                     MPMMonitorSum(c->monitor, c->scene, (long)c->history_length) == (uint64_t)c->history_sum
-                 ? PETSC_TRUE
-                 : PETSC_FALSE;
+             MPMMonitorSum(c->monitor, c->scene, (long)c->history_length) == (uint64_t)c->history_sum;
   PetscCallMPI(MPI_Bcast(&c->own, 1, MPM_MPI_BOOL, 0, c->core->comm));
   c->output->resumed = c->own;
   if (!c->own && c->output->keep) PetscCall(KeepOld(c, o));

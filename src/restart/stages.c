@@ -33,7 +33,7 @@ static PetscErrorCode Find(List *l, const char name[], PetscBool make, PetscInt 
 /* Changes the list as a stage says; last: it is the stage that is asked for. option: without its dash. */
 static PetscErrorCode Change(List *l, const char option[], const char value[], PetscBool last)
 {
-  const PetscBool removes = !strcasecmp(option, "remove") ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool removes = !strcasecmp(option, "remove");
   char            name[4 * MPM_NAME_LEN];
   PetscInt        k;
 
@@ -45,7 +45,7 @@ static PetscErrorCode Change(List *l, const char option[], const char value[], P
   if (!strcasecmp(value, OFF))
     l->name[k][0] = 0;
   else if (removes && l->value[k][0])
-    (void)snprintf(l->value[k] + strlen(l->value[k]), MPM_TEXT_LEN - strlen(l->value[k]), ",%s", value);
+    MPMAppend(l->value[k], MPM_TEXT_LEN, ",%s", value);
   else
     (void)snprintf(l->value[k], MPM_TEXT_LEN, "%s", value);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -75,8 +75,7 @@ PetscErrorCode MPMStagesOptions(const char text[], PetscInt stage, char **option
     (void)snprintf(names[n++], MPM_NAME_LEN, "%s", s);
   for (PetscInt s = 0; s < PetscMin(n, stage); s++)
     for (const char *at = text; MPMOptionsNext(&at, name, value);)
-      if (MPMStageOf(n, names, name + 1, &option) == s)
-        PetscCall(Change(&list, option, value, s == stage - 1 ? PETSC_TRUE : PETSC_FALSE));
+      if (MPMStageOf(n, names, name + 1, &option) == s) PetscCall(Change(&list, option, value, s == stage - 1));
   PetscCall(PetscFree(names));
   out = open_memstream(&told, &length);
   PetscCheck(out, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options of a stage");

@@ -12,39 +12,18 @@ static const struct {
   How         how;
   PetscInt    of, nc, asked;
 } rows[] = {
-#define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) {#name, unit, how, MPM_SHOWS_##of, nc, asked},
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 
 enum { /* the components of the quantities of particles */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) NC_##name = nc,
-#define MPM_RUN_QUANTITY(name, unit, whole)
-#define MPM_ENERGY_QUANTITY(name, uses)
-#define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_ASKED_QUANTITY(name, uses, whole)
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
 };
-#define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                              \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 
 /* Returns how many columns a row has, of its components first .. first+n-1. */
 static PetscInt Columns(PetscInt row, const MPMCore *core, PetscInt *first)
@@ -57,7 +36,7 @@ static PetscBool Heats(const MPMScene *scene, PetscInt body)
 {
   const MPMMaterial *m = &scene->materials[scene->bodies[body].material];
 
-  if (m->type->traits & MPM_FLUID) return m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (m->type->traits & MPM_FLUID) return m->viscosity > 0;
   return m->type->law->update[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -78,8 +57,7 @@ static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, const MP
   PetscCall(MPMOptionsString(o, "history_bodies", NULL, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(all, &asked));
-  for (PetscInt b = 0; b < all; b++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", NameOf(scene, core, b));
+  for (PetscInt b = 0; b < all; b++) MPMAppend(list, sizeof list, "%s%s", b ? "," : "", NameOf(scene, core, b));
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscBool any = PETSC_FALSE;
 
@@ -114,7 +92,7 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions
   PetscCall(MPMOptionsString(o, "history_body_quantities", NULL, text, &set));
   for (PetscInt k = 0; k < NROWS; k++) {
     if (!rows[k].asked && !set) m->quantities |= (PetscInt)1 << k;
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
+    MPMAppend(list, sizeof list, "%s%s", k ? "," : "", rows[k].name);
   }
   if (set && !m->nbodies)
     MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body with particles");
@@ -231,27 +209,19 @@ static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *s
                    (PetscBool)(how == MEAN || how == BACK || how == FRONT), &s));
   switch (how) {
   case LEAST:
-    PetscCall(Extreme(&s, core, shown, &view, of, 1, 1, out));
-    break;
   case MOST:
-    PetscCall(Extreme(&s, core, shown, &view, of, -1, 1, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, how == MOST ? -1 : 1, 1, out));
     break;
   case BACK:
-    PetscCall(Extreme(&s, core, shown, &view, of, -1, AHEAD, out));
-    break;
   case FRONT:
-    PetscCall(Extreme(&s, core, shown, &view, of, 1, AHEAD, out));
+    PetscCall(Extreme(&s, core, shown, &view, of, how == BACK ? -1 : 1, AHEAD, out));
     break;
   case SUM:
-    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    break;
   case NUMBER:
-    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    out[0] = all;
-    break;
   case MEAN:
     PetscCall(Sum(&s, core, shown, &view, of, out, &all));
-    for (PetscInt c = 0; c < 3; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
+    if (how == NUMBER) out[0] = all;
+    for (PetscInt c = 0; c < 3 && how == MEAN; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
     break;
   case LOST:
     lost = core->energy.heat[b];

@@ -346,27 +346,16 @@ static PetscReal Value_particles(const MPMShown *s)
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
 #define REST      MPM_SHOW_REST
 #define STAGED    MPM_SHOW_STAGED
+#define STATIC    MPM_SHOW_STATIC
 #define SHOWN     MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
   {#name, word, unit, components, uses, nc, whole, needs, reads, Fill_##name, NULL, 0},
-#define MPM_RUN_QUANTITY(name, unit, whole)                                                                            \
-  {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, 0, NULL, Value_##name, 0},
-#define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
-  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
-#define MPM_STATIC_QUANTITY(name, unit, whole)                                                                         \
-  {#name, "", unit, "", MPM_SHOW_COLUMN | MPM_SHOW_STATIC, 1, whole, 0, 0, NULL, Value_##name, 0},
-#define MPM_ASKED_QUANTITY(name, uses, whole)                                                                          \
-  {#name, "", "1", "", MPM_SHOW_COLUMN | (uses), 1, whole, 0, 0, NULL, Value_##name, 0},
+#define MPM_RUN_QUANTITY(name, uses, unit, whole)                                                                      \
+  {#name, "", unit, "", MPM_SHOW_COLUMN | (uses), 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "results/diagnostics.def"
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
   _Static_assert((nc) == 1 || (nc) == 3 || ((nc) == 9 && !((uses)&SUM)),                                               \
@@ -374,18 +363,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   _Static_assert(!((uses)&AXIAL) || (nc) == 3, #name ": a vector of rotation has 3 components");                       \
   _Static_assert(!((needs) & ~(reads)), #name " reads what it needs");                                                 \
   _Static_assert(!((reads) & ~(MPM_MATERIAL_BITS | MPM_BIT(X))), #name ": other fields than X and the state of laws");
-#define MPM_RUN_QUANTITY(name, unit, whole)
-#define MPM_ENERGY_QUANTITY(name, uses)
-#define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_ASKED_QUANTITY(name, uses, whole)
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "results/diagnostics.def"
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
 {
@@ -433,18 +411,16 @@ PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields)
 {
   const MPMDiagnostic *d = &MPMDiagnostics[row];
 
-  return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields) ? PETSC_TRUE : PETSC_FALSE;
+  return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields);
 }
 
 PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 {
   const PetscInt uses = MPMDiagnostics[row].uses;
 
-  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
-                 (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & MPM_SHOW_STATIC && !core->implicit) ||
-                 (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n)
-             ? PETSC_FALSE
-             : PETSC_TRUE;
+  return !((uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
+           (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
+           (uses & RIGID && !core->rigids.driven) || (uses & FREE && !core->rigids.free) ||
+           (uses & MPM_SHOW_LOST && !core->params.deletes) || (uses & STATIC && !core->implicit) ||
+           (uses & REST && !core->rest.shown) || (uses & STAGED && !core->stages.n));
 }

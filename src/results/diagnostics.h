@@ -7,18 +7,9 @@
 
 enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) MPM_SHOWS_##name,
-#define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
-#define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
-#define MPM_STATIC_QUANTITY(name, unit, whole)                                             MPM_SHOWS_##name,
-#define MPM_ASKED_QUANTITY(name, uses, whole)                                              MPM_SHOWS_##name,
+#define MPM_RUN_QUANTITY(name, uses, unit, whole)                                          MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "results/diagnostics.def"
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
 #define MPM_MAX_COMPONENTS 9 /* of a field of snapshots: a tensor */

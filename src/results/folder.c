@@ -4,7 +4,6 @@
    <name>.snapshots.
    Pebble knows its own files by what they begin with, or by an attribute. A file that is not complete has
    another name, which ends with MPM_NEW_FILE and which nothing else has. */
-#include <ctype.h>
 #include <dirent.h>
 #include <errno.h>
 #include <sys/stat.h>
@@ -82,7 +81,7 @@ static PetscBool IsResult(const char path[])
 
     if (H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) == 0 && H5Tget_size(type) <= sizeof text &&
         H5Aread(attribute, type, text) >= 0)
-      own = strncmp(text, "pebble ", 7) ? PETSC_FALSE : PETSC_TRUE;
+      own = !strncmp(text, "pebble ", 7);
     (void)H5Tclose(type);
     (void)H5Aclose(attribute);
     (void)H5Fclose(file);
@@ -119,7 +118,7 @@ static PetscInt StepOf(const char name[], PetscBool *complete)
   step = strtoll(name + 5, NULL, 10);
   for (int fresh = 0; fresh < 2; fresh++) {
     (void)snprintf(same, sizeof same, "step_%06lld.h5%s", step, fresh ? MPM_NEW_FILE : "");
-    *complete = fresh ? PETSC_FALSE : PETSC_TRUE;
+    *complete = !fresh;
     if (!strcmp(name, same)) return (PetscInt)step;
   }
   return -1;
@@ -237,8 +236,7 @@ void MPMOutputClear(const MPMOutput *out, const MPMScene *scene, PetscBool beyon
     const PetscInt step = StepOf(entry->d_name, &complete);
 
     if (step < 0) continue;
-    for (PetscInt k = 0; beyond && complete && k < out->count && !listed; k++)
-      listed = out->steps[k] == step ? PETSC_TRUE : PETSC_FALSE;
+    for (PetscInt k = 0; beyond && complete && k < out->count && !listed; k++) listed = out->steps[k] == step;
     (void)snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
     if (!listed) (void)unlink(path);
   }
@@ -260,7 +258,6 @@ PetscErrorCode MPMOutputFail(MPMCore *core, const char fault[], PetscBool *faile
   PetscCallMPI(MPI_Bcast(text, MPM_TEXT_LEN, MPI_CHAR, first, core->exchange.data));
   *failed = PETSC_TRUE;
   if (strstr(core->stop, "cannot write")) PetscFunctionReturn(PETSC_SUCCESS); /* one fault is enough to tell */
-  (void)snprintf(core->stop + strlen(core->stop), sizeof core->stop - strlen(core->stop), "%s%s",
-                 core->stop[0] ? "; " : "", text);
+  MPMAppend(core->stop, sizeof core->stop, "%s%s", core->stop[0] ? "; " : "", text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -71,8 +71,8 @@ PetscErrorCode MPMHDF5Int(hid_t object, const char name[], PetscInt value)
 
 PetscErrorCode MPMHDF5ReadText(hid_t file, const char name[], char **text)
 {
-  const PetscBool attribute = H5Aexists(file, name) > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool dataset   = !attribute && H5Lexists(file, name, H5P_DEFAULT) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool attribute = H5Aexists(file, name) > 0;
+  const PetscBool dataset   = !attribute && H5Lexists(file, name, H5P_DEFAULT) > 0;
   hid_t           object, type;
 
   PetscFunctionBeginUser;

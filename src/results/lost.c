@@ -3,23 +3,11 @@
    they were still there, in the state in which they left. */
 #include "results/selected.h"
 
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)
-#define MPM_RUN_QUANTITY(name, unit, whole)
-#define MPM_ENERGY_QUANTITY(name, uses)
-#define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_ASKED_QUANTITY(name, uses, whole)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
 _Static_assert(0
 #include "results/diagnostics.def"
                    == MPM_NUM_LOST,
                "core->lost has a sum for each component");
-#undef MPM_LOST_QUANTITY
-
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
 
 /* Adds to core->lost, times `sign`, the quantities of particles here: of those that are outside the grid or, with first
    not below 0, of all from that number on. */

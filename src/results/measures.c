@@ -27,19 +27,14 @@ static const struct {
   PetscReal (*value)(const MPMCore *, MPMSum sum[4], PetscInt c);
 } quantities[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc) {#name, unit, nc, Wall_##name},
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 };
 #define NQUANTITIES (sizeof quantities / sizeof quantities[0])
 
 /* Returns whether a face of the grid has a wall. */
 static PetscBool IsWall(const MPMScene *scene, PetscInt face)
 {
-  return MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_OPEN) ? PETSC_FALSE : PETSC_TRUE;
+  return !MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_OPEN);
 }
 
 /* Reads -history_walls and adds the columns. */
@@ -54,8 +49,7 @@ static PetscErrorCode ReadWalls(MPMMeasures *m, const MPMScene *scene, MPMCore *
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(given, sizeof given, "%s", text);
   for (PetscInt k = 0; k < 2 * dim; k++)
-    if (IsWall(scene, k))
-      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "," : "", MPMFaceNames[k]);
+    if (IsWall(scene, k)) MPMAppend(list, sizeof list, "%s%s", list[0] ? "," : "", MPMFaceNames[k]);
   if (!list[0]) MPMOptionsFail(o, "-history_walls does not apply: no face of the grid has a wall (-bc_<face>_type)");
   for (char *w = strtok_r(text, ", ", &save); w && !MPMOptionsError(o); w = strtok_r(NULL, ", ", &save)) {
     const PetscInt before = m->faces;

@@ -253,7 +253,7 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 
 PetscErrorCode MPMMonitorLook(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
 {
-  const PetscBool check = mon->check_energy > 0 || mon->check_momentum > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool check = mon->check_energy > 0 || mon->check_momentum > 0;
   const MPMShown  shown = MPMMonitorShown(mon, core, scene);
 
   PetscFunctionBeginUser;
@@ -268,9 +268,8 @@ PetscErrorCode MPMMonitorLook(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
    the checks are made even if no line is due. Collective on the exchange. */
 PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
-  const PetscBool due   = force || core->t >= mon->next ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool check = (mon->check_energy > 0 || mon->check_momentum > 0) && core->step % 100 == 0 ? PETSC_TRUE
-                                                                                                      : PETSC_FALSE;
+  const PetscBool due   = force || core->t >= mon->next;
+  const PetscBool check = (mon->check_energy > 0 || mon->check_momentum > 0) && core->step % 100 == 0;
   const MPMShown  shown = MPMMonitorShown(mon, core, scene);
 
   PetscFunctionBeginUser;

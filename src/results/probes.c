@@ -8,7 +8,6 @@
 #include "results/measures.h"
 #include "results/output.h"
 #include "results/selected.h"
-#include "step/step.h"
 
 /* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each
    once, and its normal components on all axes. */
@@ -19,10 +18,10 @@ static PetscBool Shows(PetscInt dim, PetscInt row, PetscInt c)
 
   if (MPMDiagnostics[row].nc < 9) {
     n = MPMDiagnosticAxes(row, dim, &first);
-    return c >= first && c < first + n ? PETSC_TRUE : PETSC_FALSE;
+    return c >= first && c < first + n;
   }
-  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
-  return d < dim && e < dim ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim);
+  return d < dim && e < dim;
 }
 
 /* Sets the name of component c of a field, which its row lists. */
@@ -46,8 +45,7 @@ static PetscErrorCode ReadFields(MPMProbe *p, const MPMScene *scene, MPMOptions 
   PetscCall(MPMOptionsString(o, "probe_<p>_fields", p->name, text, NULL));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
     if (MPMDiagnostics[f].word[0] && (!p->stays || !MPMDiagnostics[f].whole))
-      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "," : "",
-                     MPMDiagnostics[f].word);
+      MPMAppend(list, sizeof list, "%s%s", list[0] ? "," : "", MPMDiagnostics[f].word);
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt f = 0;
 

@@ -43,8 +43,7 @@ PetscErrorCode MPMRigidDatasets(const MPMOutput *out, const MPMCore *core, MPMFi
 
   PetscFunctionBeginUser;
   if (step >= 0) H5(group = H5Gcreate2(step, "rigid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  for (PetscInt b = 0; b < r->n; b++)
-    (void)snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", b ? "," : "", r->body[b].name);
+  for (PetscInt b = 0; b < r->n; b++) MPMAppend(names, sizeof names, "%s%s", b ? "," : "", r->body[b].name);
   PetscCall(MPMHDF5Text(group, "names", names));
   PetscCall(MPMFileDataset(file, group, "place", "m", "x y z", PETSC_FALSE, 2, (const hsize_t[]){bodies, 3}));
   PetscCall(MPMFileDataset(file, group, "turn", "1", "xx xy xz yx yy yz zx zy zz", PETSC_FALSE, 2,

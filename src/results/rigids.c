@@ -54,13 +54,8 @@ static const struct {
   PetscInt    nc, axial;
   PetscReal (*value)(const MPMRigid *, PetscReal time, PetscInt c);
 } rows[] = {
-#define MPM_WALL_QUANTITY(name, unit, nc)
 #define MPM_RIGID_QUANTITY(name, unit, nc, axial) {#name, unit, nc, axial, Rigid_##name},
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)
 #include "results/measures.def"
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 

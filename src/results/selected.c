@@ -94,7 +94,7 @@ static PetscErrorCode Quantile(PetscInt n, PetscReal value[], PetscReal weight[]
     sum = half;
     PetscCall(MPMSumReduce(&sum, 1, comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 2, MPIU_REAL, MPIU_MAX, comm));
-    lower = MPMSumValue(&sum) >= share * all ? PETSC_TRUE : PETSC_FALSE;
+    lower = MPMSumValue(&sum) >= share * all;
     for (PetscInt k = 0; k < n; k++)
       if ((value[k] > middle) != lower) {
         value[kept]    = value[k];
@@ -128,32 +128,5 @@ PetscErrorCode MPMSelectedQuantile(const MPMSelected *s, const MPMShown *shown, 
     PetscCall(Quantile(s->n, value, weight, share, comm, &out[c]));
   }
   PetscCall(PetscFree2(value, weight));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMSelectedValues(const MPMSelected *s, const MPMShown *shown, const MPMView *view, PetscInt row,
-                                 PetscInt c, MPI_Comm comm, PetscInt *n, PetscReal **value)
-{
-  PetscReal   all[MPM_MAX_COMPONENTS], *mine;
-  PetscMPIInt size, count, *counts, *from;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscMPIIntCast(s->n, &count));
-  PetscCall(PetscMalloc3(s->n, &mine, size, &counts, size, &from));
-  for (PetscInt k = 0; k < s->n; k++) {
-    MPMDiagnostics[row].fill(shown, view, s->p ? s->p[k] : k, all);
-    mine[k] = all[c];
-  }
-  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts, 1, MPI_INT, comm));
-  *n = 0;
-  for (PetscMPIInt r = 0; r < size; r++) {
-    PetscCall(PetscMPIIntCast(*n, &from[r]));
-    *n += counts[r];
-  }
-  PetscCall(PetscMalloc1(*n, value));
-  PetscCallMPI(MPI_Allgatherv(mine, count, MPIU_REAL, *value, counts, from, MPIU_REAL, comm));
-  PetscCall(PetscSortReal(*n, *value));
-  PetscCall(PetscFree3(mine, counts, from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

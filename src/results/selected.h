@@ -39,10 +39,4 @@ PetscErrorCode MPMSelectedLeast(const MPMSelected *, const MPMShown *, const MPM
 PetscErrorCode MPMSelectedQuantile(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscReal sign,
                                    PetscReal share, MPI_Comm comm, PetscReal out[]);
 
-/* Sets *value to the values [*n] of component c of a row of the selected particles of all processes, from the smallest
-   to the largest, on every process; the caller frees them. Weights do not count; 0 and -0 are equal, so add 0 to what
-   is shown. For medians and other functions of all values. Collective on comm. */
-PetscErrorCode MPMSelectedValues(const MPMSelected *, const MPMShown *, const MPMView *, PetscInt row, PetscInt c,
-                                 MPI_Comm comm, PetscInt *n, PetscReal **value);
-
 #endif

@@ -13,17 +13,14 @@
 #include "results/provenance.h"
 #include "results/rigid_faces.h"
 #include "results/rows.h"
-#include "parallel/exchange.h"
-#include "step/step.h"
 
 /* Lists the words of -output_fields. */
 static void ListWords(char text[MPM_TEXT_LEN])
 {
   text[0] = 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
-    if (MPMDiagnostics[f].word[0])
-      (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s,", MPMDiagnostics[f].word);
-  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "grid");
+    if (MPMDiagnostics[f].word[0]) MPMAppend(text, MPM_TEXT_LEN, "%s,", MPMDiagnostics[f].word);
+  MPMAppend(text, MPM_TEXT_LEN, "grid");
 }
 
 /* Reads -output_fields a,b,...: words of diagnostics.def, and grid. *set says whether it was given. */
@@ -39,7 +36,7 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
     asked |= MPMMaterialAsked(&scene->materials[k]);
   }
   PetscCall(MPMOptionsString(o, "output_fields", NULL, text, set));
-  all         = !*set || !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
+  all         = !*set || !strcmp(text, "all");
   out->fields = all ? MPM_OUTPUT_GRID : 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
     if (MPMDiagnosticIsField(f, has) &&
@@ -71,11 +68,11 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
   out->every = time_end / 20;
   PetscCall(MPMOptionsString(o, "output_dir", NULL, out->dir, NULL));
   PetscCall(MPMOptionsBool(o, "output_replace", NULL, &replace));
-  out->keep = replace ? PETSC_FALSE : PETSC_TRUE;
+  out->keep = !replace;
   PetscCall(MPMOptionsEnum(o, "output_format", NULL, format, NULL));
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
+  out->enabled = !strcmp(format, "hdf5");
 #if !defined(PETSC_HAVE_HDF5)
   if (out->enabled)
     MPMOptionsFail(o, "-output_format hdf5, the default, needs a PETSc with HDF5, and this one has none; choose none");

@@ -55,7 +55,7 @@ static PetscErrorCode PlaceRowsCreate(const MPMCore *core, PetscInt place, Place
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
         const PetscInt  line = (k - from[2]) * patch->n[1] + j - from[1], x = i - from[0];
-        const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last ? PETSC_TRUE : PETSC_FALSE;
+        const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last;
 
         row[at]  = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
         node[at] = touched ? line * patch->n[0] + x : -1;
@@ -73,7 +73,7 @@ static PetscErrorCode AddPlaces(MPMCore *core, const MPMNodeGroup *g, const Plac
 {
   const MPMPatch *patch   = &core->exchange.patch;
   const PetscInt  nplaces = PetscMax(1, core->grid.places), wide = g->components(3), n = places->rows.n;
-  const PetscBool mean = g->home == MPM_IS_MOTION && nplaces > 1 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool mean = g->home == MPM_IS_MOTION && nplaces > 1;
   PetscReal      *all, *part, *mass;
 
   PetscFunctionBeginUser;

@@ -135,7 +135,7 @@ static PetscBool WriteFile(const Part *part, const MPMOutput *out, const MPMCore
     part->write(out, core, MPMSceneStarted(scene), f, file, k);
   }
   fprintf(f, "    </Grid>\n  </Domain>\n</Xdmf>\n");
-  good = !fflush(f) && !ferror(f) ? PETSC_TRUE : PETSC_FALSE;
+  good = !fflush(f) && !ferror(f);
   if (fclose(f)) good = PETSC_FALSE;
   if (good && !rename(fresh, path)) return PETSC_TRUE;
   (void)unlink(fresh);
@@ -146,10 +146,10 @@ PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene 
 {
   const Part parts[] = {
       {"grid", ".grid.xdmf", XdmfNodes}, {"rigid", ".rigid.xdmf", XdmfRigids}, {"particles", ".xdmf", XdmfParticles}};
-  const PetscBool there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
-                             core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
-  char        path[2 * MPM_TEXT_LEN];
-  PetscMPIInt rank;
+  const PetscBool there[] = {(out->fields & MPM_OUTPUT_GRID) != 0, core->rigids.n ? PETSC_TRUE : PETSC_FALSE,
+                             PETSC_TRUE};
+  char            path[2 * MPM_TEXT_LEN];
+  PetscMPIInt     rank;
 
   PetscFunctionBeginUser;
   fault[0] = 0;

@@ -3,7 +3,6 @@
    and made again with half the time step. Every decision follows from the reduced status and from exact sums, so all
    processes, of any number, decide the same. */
 #include "base/signals.h"
-#include "parallel/exchange.h"
 #include "run/mpm.h"
 #include "scene/source.h"
 #include "step/static.h"
@@ -21,8 +20,8 @@ PetscErrorCode MPMAdvanceSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsInt(o, "dt_retry", NULL, &r->most, &most_set));
   PetscCall(MPMOptionsReal(o, "dt_max_growth", NULL, &r->growth, &growth_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  r->on                    = !strcmp(state, "retry") || mpm->core.implicit ? PETSC_TRUE : PETSC_FALSE;
-  mpm->core.params.deletes = !strcmp(leave, "delete") ? PETSC_TRUE : PETSC_FALSE;
+  r->on                    = !strcmp(state, "retry") || mpm->core.implicit;
+  mpm->core.params.deletes = !strcmp(leave, "delete");
   if (r->on) PetscFunctionReturn(PETSC_SUCCESS);
   if (most_set && !MPMOptionsOverridden("dt_retry", "check_state"))
     MPMOptionsFail(o, "-dt_retry does not apply: -check_state is stop, it needs -check_state retry");
@@ -134,7 +133,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
      is made for a rounding error. The steps up to there are equally long if dt does not change: a last one that is much
      shorter would be a sudden change of dt. Of a fixed dt only the last one is shorter. */
   const PetscReal next = NextTime(mpm), left = next - core->t;
-  const PetscBool last = left <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool last = left <= dt * (1 + 1e-9);
   const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;

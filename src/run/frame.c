@@ -28,7 +28,7 @@ PetscBool MPMFrameRests(const MPM mpm)
   char time[MPM_NAME_LEN] = "";
 
   (void)PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL);
-  return !mpm->core.grid.total && !strcmp(time, "static") ? PETSC_TRUE : PETSC_FALSE;
+  return !mpm->core.grid.total && !strcmp(time, "static");
 }
 
 /* Removes an option of a file if another one, `by`, that it does not go with was given on the command line, and adds it
@@ -77,7 +77,7 @@ PetscErrorCode MPMFrameCheck(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-method_time", time, sizeof time, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-method_frame", &framed));
-  implicit = time[0] && strcmp(time, "explicit") ? PETSC_TRUE : PETSC_FALSE;
+  implicit = time[0] && strcmp(time, "explicit");
   (void)snprintf(by, sizeof by, "-method_%s %s",
                  implicit ? "time"
                  : framed ? "frame"

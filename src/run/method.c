@@ -2,7 +2,6 @@
    step. */
 #include "kernels/tile_index.h"
 #include "run/mpm.h"
-#include "scene/points.h"
 
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
@@ -19,8 +18,8 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
   MPMCore           *core     = &mpm->core;
   MPMMethod         *method   = &mpm->method;
   const MPMTransfer *transfer = method->transfer;
-  const PetscBool    affine   = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool    hats     = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    affine   = (transfer->parts & MPM_AFFINE) != 0;
+  const PetscBool    hats     = core->basis == MPM_BASIS_linear;
   PetscBool          flip_set, strain_set, rate_set, viscosity_set;
 
   PetscFunctionBeginUser;
@@ -31,8 +30,8 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
   PetscCall(MPMOptionsReal(o, "method_affine_strain", NULL, &core->params.strain, &strain_set));
   PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &method->rate, &rate_set));
   PetscCall(MPMOptionsReal(o, "method_damping_viscosity", NULL, &method->viscosity, &viscosity_set));
-  rate_set      = rate_set && method->rate > 0 ? PETSC_TRUE : PETSC_FALSE; /* 0 switches a damping off */
-  viscosity_set = viscosity_set && method->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  rate_set      = rate_set && method->rate > 0; /* 0 switches a damping off */
+  viscosity_set = viscosity_set && method->viscosity > 0;
   if (flip_set + rate_set + viscosity_set > 1)
     MPMOptionsFail(o, "-method_flip, -method_damping_rate and -method_damping_viscosity exclude each other: each sets "
                       "the share of FLIP");
@@ -66,7 +65,7 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
 static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
 {
   MPMCore           *core = &mpm->core;
-  const PetscBool    hats = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    hats = core->basis == MPM_BASIS_linear;
   const MPMTransfer *transfer;
   char               update[MPM_NAME_LEN], name[MPM_NAME_LEN], carry[MPM_NAME_LEN];
   PetscBool          chosen, order_set;
@@ -89,9 +88,9 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
     core->params.order = 0;
   }
   core->needs.increment = mpm->method.scheme->keeps_increment;
-  core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.residual  = transfer->rounds != MPM_NO_ROUNDS ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.all       = !strcmp(carry, "all") ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.affine    = (transfer->parts & MPM_AFFINE) != 0;
+  core->needs.residual  = transfer->rounds != MPM_NO_ROUNDS;
+  core->needs.all       = !strcmp(carry, "all");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,8 +105,8 @@ static PetscErrorCode ReadInertia(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_inertia", NULL, inertia, &inertia_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  affine = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap") ? PETSC_TRUE : PETSC_FALSE;
-  core->params.own_inertia = affine && !strcmp(inertia, "own") ? PETSC_TRUE : PETSC_FALSE;
+  affine                   = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap");
+  core->params.own_inertia = affine && !strcmp(inertia, "own");
   if (inertia_set && !affine && !MPMOptionsOverridden("method_wall_inertia", "method_basis") &&
       !MPMOptionsOverridden("method_wall_inertia", "method_transfer"))
     MPMOptionsFail(o, "-method_wall_inertia does not apply: it is for affine velocities with splines of form extrap");
@@ -126,8 +125,8 @@ static PetscBool Locks(const MPM mpm, PetscBool *metal)
     if (!(own & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC | MPM_ISOCHORIC))) others++;
     all |= own;
   }
-  *metal = all & MPM_ISOCHORIC ? PETSC_TRUE : PETSC_FALSE;
-  return *metal && !others && mpm->core.grid.dim > 1 && MPMBasisIsSpline(mpm->core.basis) ? PETSC_TRUE : PETSC_FALSE;
+  *metal = (all & MPM_ISOCHORIC) != 0;
+  return *metal && !others && mpm->core.grid.dim > 1 && MPMBasisIsSpline(mpm->core.basis);
 }
 
 /* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
@@ -167,8 +166,7 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 /* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0;
   const PetscBool direct = mpm->method.scheme->direct;
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;
@@ -219,8 +217,7 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
   core->basis           = (MPMBasis)row;
-  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") && !core->grid.total ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") && !core->grid.total;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))

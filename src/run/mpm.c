@@ -137,17 +137,15 @@ PetscErrorCode MPMSetNeeds(MPM mpm)
     MPMMaterialKeep(&scene->materials[k], shown | KeptLater(mpm, k));
     core->needs.state |= scene->materials[k].state;
   }
-  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.forced  = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.loaded  = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.chosen  = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.barred  = (core->grid.total || core->implicit) && core->params.box ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.stepped = core->implicit && !core->grid.total ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.kinds   = scene->nkinds > 1;
+  core->needs.forced  = scene->forced || core->needs.all;
+  core->needs.loaded  = scene->nloads > scene->nvolume;
+  core->needs.chosen  = scene->nvolume > 0;
+  core->needs.barred  = (core->grid.total || core->implicit) && core->params.box;
+  core->needs.stepped = core->implicit && !core->grid.total;
   core->needs.start   = scene->keeps_start || core->grid.total || core->rest.on || core->implicit ||
-                              (shown | flows) & MPM_BIT(X)
-                            ? PETSC_TRUE
-                            : PETSC_FALSE;
-  core->needs.rim     = core->gaps || core->contacts || flows & MPM_BIT(rim) ? PETSC_TRUE : PETSC_FALSE;
+                      (shown | flows) & MPM_BIT(X);
+  core->needs.rim = core->gaps || core->contacts || flows & MPM_BIT(rim);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,7 +171,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
     if (core->basis == MPM_BASIS_gimp || MPMWallHas(type, MPM_WALL_PUSHES)) core->params.closed |= (PetscInt)1 << k;
   }
   PetscCall(MPMPistonsCreate(core));
-  core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
+  core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force);
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS & ~MPM_BIT(F33) : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
   PetscCall(MPMStepSetUp(core, &mpm->method));

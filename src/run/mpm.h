@@ -106,7 +106,7 @@ PetscErrorCode MPMAdvanceReport(MPM);
 /* Returns whether a run has come to its end: the time of its end, or rest. Not collective. */
 MPM_INLINE PetscBool MPMEnds(const MPM mpm)
 {
-  return mpm->core.t >= mpm->time.end || mpm->core.rest.reached ? PETSC_TRUE : PETSC_FALSE;
+  return mpm->core.t >= mpm->time.end || mpm->core.rest.reached;
 }
 
 /* Makes the runs of all stages, one after the other (stages.c). Collective on PETSC_COMM_WORLD. */

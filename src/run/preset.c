@@ -9,9 +9,6 @@ static const MPMPreset rows[] = {
 #define MPM_PRESET_TOTAL(name, scenes, basis, mass, rate, cfl, ppc)                                                    \
   {#name, MPM_SCENES_##scenes, PETSC_TRUE, mass, #basis, PETSC_FALSE, "musl", "flip", 0, rate, cfl, ppc},
 #include "run/preset.def"
-#undef MPM_PRESET_NAME
-#undef MPM_PRESET
-#undef MPM_PRESET_TOTAL
 };
 
 static const struct {
@@ -21,9 +18,6 @@ static const struct {
 #define MPM_PRESET(...)
 #define MPM_PRESET_TOTAL(...)
 #include "run/preset.def"
-#undef MPM_PRESET_NAME
-#undef MPM_PRESET
-#undef MPM_PRESET_TOTAL
 };
 
 /* Reads the name of the preset, or takes that of the frame that is asked for, and sets the frame and the default of the

@@ -135,7 +135,7 @@ static PetscErrorCode NoteNeeds(Stages *s, PetscInt k, MPM mpm, MPMOptions o)
   if (!s->keeps) PetscCall(PetscCalloc1(s->n * s->nkeeps, &s->keeps));
   keeps = s->keeps + (k - 1) * s->nkeeps;
   for (PetscInt m = 0; m < scene->nmaterials; m++) keeps[m] = scene->materials[m].state;
-  for (PetscInt b = 0; b < scene->nfilled; b++) flows = flows || scene->bodies[b].source.on ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nfilled; b++) flows = flows || scene->bodies[b].source.on;
   if (flows && mpm->core.needs.rim) keeps[s->nkeeps - 1] |= MPM_BIT(rim);
   if (flows && mpm->core.needs.start) keeps[s->nkeeps - 1] |= MPM_BIT(X);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -179,7 +179,7 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
     PetscCall(MPMReadOptions(mpm, o));
     if (!MPMOptionsError(o)) PetscCall(NoteNeeds(s, k, mpm, o));
-    *good = MPMOptionsError(o) ? PETSC_FALSE : PETSC_TRUE;
+    *good = !MPMOptionsError(o);
     if (!*good) PetscCall(Blame(s, k, o));
     s->began += TimeOf(s, k, name, &all);
     PetscCall(MPMOptionsDestroy(&o));
@@ -212,7 +212,7 @@ static PetscErrorCode One(Stages *s, PetscInt                    *k, PetscErrorC
   } else {
     PetscCall(run(mpm, status));
     s->dry = mpm->scene.dry_run;
-    *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm) ? PETSC_TRUE : PETSC_FALSE;
+    *ended = !mpm->scene.dry_run && !mpm->core.stop[0] && MPMEnds(mpm);
     PetscCallMPI(MPI_Bcast(ended, 1, MPM_MPI_BOOL, 0, PETSC_COMM_WORLD)); /* workers of a pool know nothing of it */
     s->began = mpm->core.t;
     (void)snprintf(s->checkpoint, sizeof s->checkpoint, "%s",

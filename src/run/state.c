@@ -23,7 +23,6 @@ void MPMStateList(void *run, MPMVariables *v)
   const MPMVariable table[] = {
 #include "run/state.def"
   };
-#undef MPM_VARIABLE
 
   _Static_assert(sizeof table / sizeof table[0] <= MPM_MOST_VARIABLES, "MPM_MOST_VARIABLES is too small");
   v->n = (PetscInt)(sizeof table / sizeof table[0]);

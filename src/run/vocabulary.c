@@ -8,46 +8,36 @@
 static const char laws[] =
 #include "physics/material.def"
     "";
-#undef MPM_MATERIAL
 #define MPM_REGION(name, solid, parameters, what) "|" #name
 static const char shapes[] =
 #include "physics/region.def"
     "";
-#undef MPM_REGION
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) "|" #name
 static const char walls[] =
 #include "physics/wall.def"
     "";
-#undef MPM_WALL
 #define MPM_FACE(name) "|" #name
 static const char sides[] = "all"
 #include "physics/face.def"
                             "";
-#undef MPM_FACE
 #define MPM_BASIS(name, nodes, layers, inertia, what) "|" #name
 static const char bases[] =
 #include "physics/basis.def"
     "";
-#undef MPM_BASIS
 #define MPM_SCHEME(name, keeps_increment, direct, what, ...) "|" #name
 static const char schemes[] =
 #include "step/scheme.def"
     "";
-#undef MPM_SCHEME
 #define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) "|" #name
 static const char transfers[] =
 #include "step/transfer.def"
     "";
-#undef MPM_TRANSFER
 #define MPM_PRESET_NAME(name, what, expect, collision, contact) "|" #name
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)
 #define MPM_PRESET_TOTAL(name, scenes, basis, mass, rate, cfl, ppc)
 static const char presets[] =
 #include "run/preset.def"
     "";
-#undef MPM_PRESET_NAME
-#undef MPM_PRESET
-#undef MPM_PRESET_TOTAL
 
 #define MPM_IF_PETSC_TRUE(yes, no)  yes
 #define MPM_IF_PETSC_FALSE(yes, no) no
@@ -55,54 +45,35 @@ static const char presets[] =
 static const char strategies[] =
 #include "parallel/exchange.def"
     "";
-#undef MPM_EXCHANGE
 #define MPM_BALANCE(name, what) "|" #name
 static const char balances[] =
 #include "parallel/balance.def"
     "";
-#undef MPM_BALANCE
 
 /* The words of fields of snapshots, separated by blanks. */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) word " "
-#define MPM_RUN_QUANTITY(name, unit, whole)
-#define MPM_ENERGY_QUANTITY(name, uses)
-#define MPM_STATIC_QUANTITY(name, unit, whole)
-#define MPM_ASKED_QUANTITY(name, uses, whole)
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 static const char fields[] =
 #include "results/diagnostics.def"
     "grid";
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) word " "
 static const char probe_fields[] =
 #include "results/diagnostics.def"
     "";
-#undef MPM_PARTICLE_QUANTITY
-#undef MPM_RUN_QUANTITY
-#undef MPM_ENERGY_QUANTITY
-#undef MPM_STATIC_QUANTITY
-#undef MPM_ASKED_QUANTITY
-#undef MPM_LOST_QUANTITY
 
-#define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) " " #name
 static const char body_quantities[] =
 #include "results/measures.def"
     "";
-#undef MPM_WALL_QUANTITY
-#undef MPM_RIGID_QUANTITY
-#undef MPM_BODY_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")
 static const char manufactured[] = "none"
 #include "known/reference.def"
                                    "";
-#undef MPM_REFERENCE
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("", "|" #name)
 static const char references[] = "none"
 #include "known/reference.def"
                                  "|expression";
-#undef MPM_REFERENCE
 
 /* The digits of a number that has a name, for intervals whose end is the capacity of an array. */
 #define MPM_DIGITS(number) MPM_QUOTED(number)
@@ -112,8 +83,6 @@ static const MPMOptionRow rows[] = {
 #define MPM_GROUP(title)                                      {NULL, MPM_LATER, "", "", "", title},
 #define MPM_OPTION(name, type, allowed, unit, fallback, help) {name, MPM_##type, allowed, unit, fallback, help},
 #include "run/options.def"
-#undef MPM_GROUP
-#undef MPM_OPTION
 };
 
 /* Words of other programs for these names: a whole name, or its end after a "_". */
@@ -121,21 +90,16 @@ static const char *const aliases[][2] = {
 #define MPM_WORD(words, of, here)
 #define MPM_ALIAS(words, end) {words, end},
 #include "run/words.def"
-#undef MPM_WORD
-#undef MPM_ALIAS
 };
 
 /* What each law, shape and wall takes. */
 static const MPMOptionValue choices[] = {
 #define MPM_MATERIAL(name, traits, parameters, state, what) {"material_<m>_model", #name, parameters},
 #include "physics/material.def"
-#undef MPM_MATERIAL
 #define MPM_REGION(name, solid, parameters, what) {"body_<b>_shape", #name, parameters},
 #include "physics/region.def"
-#undef MPM_REGION
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) {"bc_<f>_type", #name, parameters},
 #include "physics/wall.def"
-#undef MPM_WALL
 };
 
 /* What other programs have and this one has not, or calls otherwise. */
@@ -143,8 +107,6 @@ static const MPMOptionValue foreign[] = {
 #define MPM_WORD(words, of, here) {of, words, here},
 #define MPM_ALIAS(words, end)
 #include "run/words.def"
-#undef MPM_WORD
-#undef MPM_ALIAS
 };
 
 const MPMVocabulary MPMOptionTable = {.n        = sizeof rows / sizeof rows[0],

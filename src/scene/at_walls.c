@@ -24,7 +24,7 @@ static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody
 {
   const PetscInt traits = scene->materials[b->material].type->traits;
 
-  return MPMBasisIsSpline(core->basis) && traits & (MPM_PLASTIC | MPM_FLUID) ? PETSC_TRUE : PETSC_FALSE;
+  return MPMBasisIsSpline(core->basis) && traits & (MPM_PLASTIC | MPM_FLUID);
 }
 
 /* Returns how far x, m, is inside a face of axis d, over the spacing of the body. */
@@ -44,7 +44,7 @@ static PetscReal First(const MPMGrid *grid, const MPMBody *b, PetscInt d, int si
 /* Returns whether a particle at r, m, of a body of revolution is near the axis. */
 static PetscBool AtAxis(const MPMCore *core, const MPMBody *b, PetscReal r)
 {
-  return b->round && core->grid.lower[0] == 0 && r < NEAR_AXIS * core->grid.h[0] ? PETSC_TRUE : PETSC_FALSE;
+  return b->round && core->grid.lower[0] == 0 && r < NEAR_AXIS * core->grid.h[0];
 }
 
 PetscReal MPMAtWallsRadius(const MPMBody *b, PetscReal r)
@@ -122,8 +122,7 @@ static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscR
   for (PetscInt pass = 0; pass < 2; pass++) {
     for (PetscInt k = 0; k < all; k++) {
       const PetscReal r = ColumnRadius(b, k), l = PetscMin(0.5 / (PetscReal)b->ppc[0], r / h);
-      const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0],
-                                    k ? PETSC_FALSE : PETSC_TRUE);
+      const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0], !k);
       PetscReal       xi, push[NODES] = {0};
       const PetscInt  base = MPMCoordinate(core->basis, &grid, 0, r, l, &xi);
 
@@ -171,7 +170,7 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
     for (PetscInt n = 0; n < COLUMN; n++) {
       MPMKind         kind = own;
       const int       x = (int)(n % 3), y = (int)(n / 3);
-      const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r) ? PETSC_TRUE : PETSC_FALSE;
+      const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r);
       const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0;
       const PetscReal along = y && any && shaped && !b->source.on
                                   ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1))
@@ -179,7 +178,7 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
       PetscReal       share = x && !axis && any && shaped ? Share(scene->walls.given[0][x - 1].type, in) : 1;
 
       if (axis) {
-        kind.V0 = shares[k] * Ring(b, r, k ? PETSC_FALSE : PETSC_TRUE);
+        kind.V0 = shares[k] * Ring(b, r, !k);
         kind.m  = scene->materials[b->material].rho * kind.V0;
       }
       kind.V0 *= share * along;

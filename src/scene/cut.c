@@ -16,7 +16,6 @@
 #include "scene/at_walls.h"
 #include "scene/cut.h"
 #include "scene/kinds.h"
-#include "scene/lattice.h"
 
 #define PLACES 27   /* of a neighbourhood: 3^dim are used */
 #define TIE    1e-9 /* spacings squared: places as near as this share alike, as symmetry wants it */

@@ -279,8 +279,7 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 /* Returns whether particles start in other cells than undeformed ones at their lattice places. */
 static PetscBool StartsMoved(const MPMScene *scene, const MPMCore *core)
 {
-  return (MPMKnownStarts(scene) && !core->grid.total) || (scene->initial && core->needs.stretched) ? PETSC_TRUE
-                                                                                                   : PETSC_FALSE;
+  return (MPMKnownStarts(scene) && !core->grid.total) || (scene->initial && core->needs.stretched);
 }
 
 /* Makes a list of the base nodes (from 0, layers included) along the last axis of the undeformed places of a body's
@@ -355,7 +354,6 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
     for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
       view->name[p * MPMComponents_##name((int)dim) + k] = start;
 #include "physics/fields.def"
-#undef MPM_FIELD
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));

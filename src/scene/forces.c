@@ -32,7 +32,7 @@ static PetscErrorCode ReadSides(const MPMScene *scene, PetscInt dim, MPMOptions 
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {
     if (!strcmp(face, "all") || !strcmp(face, MPMFaceNames[k])) load->sides |= (PetscInt)1 << k;
-    (void)snprintf(sides + strlen(sides), sizeof sides - strlen(sides), "|%s", MPMFaceNames[k]);
+    MPMAppend(sides, sizeof sides, "|%s", MPMFaceNames[k]);
   }
   if (!load->sides)
     MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides %s", load->name, face, dim, sides);
@@ -97,7 +97,7 @@ PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPM
     MPMOptionsFail(o, "-loads: %" PetscInt_FMT " loads, of which some are forces or torques; then %d are allowed",
                    scene->nloads, MPM_MOST_LOADS);
   scene->body_force  = scene->acceleration ? PETSC_TRUE : PETSC_FALSE;
-  scene->forced      = scene->acceleration || scene->nloads ? PETSC_TRUE : PETSC_FALSE;
+  scene->forced      = scene->acceleration || scene->nloads;
   scene->keeps_start = scene->forced;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,7 +161,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
                              : body->memo ? 2 * PETSC_PI * view->X[p * dim] * body->b[0] * body->b[1]
                                           : kind->V0;
   const MPMMaterial *m     = &scene->materials[body->material];
-  const PetscBool    thin  = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
+  const PetscBool    thin  = !(m->state & MPM_BIT(F));
   PetscReal          F[9], cofactor[9];
 
   PetscFunctionBeginUser;

@@ -137,7 +137,7 @@ static void LookAtWalls(const MPMScene *scene, const MPMGrid *grid, const MPMRig
 
 static PetscBool Turns(const MPMRigid *r)
 {
-  return r->angle[0] != 0 || r->angle[1] != 0 || r->angle[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  return r->angle[0] != 0 || r->angle[1] != 0 || r->angle[2] != 0;
 }
 
 /* Returns the option that moves a body most likely out of the grid: its pivot, if that lies beside it. */

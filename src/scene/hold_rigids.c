@@ -39,12 +39,12 @@ static PetscBool IsSymmetric(const MPMRigid *r, const MPMGrid *grid, PetscInt ax
 {
   PetscReal       x[3], n[3];
   const PetscReal most = BESIDE * MPMGridSmallestH(grid);
-  PetscBool       same = PetscAbsReal(r->pivot[axis] - plane) <= most ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool       same = PetscAbsReal(r->pivot[axis] - plane) <= most;
 
   for (PetscInt k = 0; k < r->npoints && same && !MPMRigidIsRound(r); k++) {
     MPMRigidPoint(r, k, x);
     x[axis] = 2 * plane - x[axis];
-    same    = PetscAbsReal(MPMRigidDistance(r, grid->dim, x, n)) <= most ? PETSC_TRUE : PETSC_FALSE;
+    same    = PetscAbsReal(MPMRigidDistance(r, grid->dim, x, n)) <= most;
   }
   return same;
 }

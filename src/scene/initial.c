@@ -118,8 +118,7 @@ void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
                  : in->stress  ? "stress by formula"
                                : "stress by the weight above, horizontal over vertical:");
   for (PetscInt k = 0; k < scene->nmaterials && in->k0; k++)
-    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s %s %.4g", k ? "," : "",
-                   scene->materials[k].name, (double)in->k0[k]);
+    MPMAppend(text, MPM_TEXT_LEN, "%s %s %.4g", k ? "," : "", scene->materials[k].name, (double)in->k0[k]);
 }
 
 /* Returns the size of gravity, m/s^2, if bodies start with the stress by the weight above, else 0. Not collective. */
@@ -249,8 +248,8 @@ static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char tex
 
   text[0] = 0;
   for (int k = 0; k < (whole || dim == 3 ? MPM_SYM_NC((int)dim) : dim == 2 ? 3 : 1); k++)
-    (void)snprintf(text + strlen(text), len - strlen(text), "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
-                   (double)tau[MPMSymPlace((int)dim, k)]);
+    MPMAppend(text, len, "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
+              (double)tau[MPMSymPlace((int)dim, k)]);
 }
 
 /* Writes what is probably wrong where a stress cannot be, "; ..."; of stresses by weight also the option that can
@@ -260,7 +259,7 @@ static void Hint(const MPMScene *scene, const MPMMaterial *m, PetscBool beyond, 
 {
   PetscInt twice[2];
 
-  const PetscBool fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool fluid   = (m->type->traits & MPM_FLUID) != 0;
   const PetscReal modulus = fluid ? m->K : m->lambda + 2 * m->mu;
   PetscReal       angle = 90, most = 0, yield = 0;
   char            name[3 * MPM_NAME_LEN], of[3 * MPM_NAME_LEN];
@@ -319,13 +318,13 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
       PetscCall(Weight(scene, core, X, &weight));
       for (int d = 0; d < 3; d++) tau[MPMSymIndex(d, d)] = d == in->axis ? -weight : -in->k0[b->material] * weight;
     }
-    why = MPMMaterialStressed(m, dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, s);
+    why = MPMMaterialStressed(m, dim, !in->stress, tau, s);
   }
   if (!why) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, X, at);
-  Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
-  Write(dim, in->stress && !m->round ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
-  Hint(scene, m, why[0] == 'b' ? PETSC_TRUE : PETSC_FALSE, tau, hint);
+  Write(dim, !(in->stress && !m->round), tau, has, sizeof has);
+  Write(dim, !(in->stress && !m->round), s->tau, can, sizeof can);
+  Hint(scene, m, why[0] == 'b', tau, hint);
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else

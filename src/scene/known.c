@@ -115,7 +115,7 @@ PetscErrorCode MPMKnownDestroy(MPMScene *scene)
 /* Returns whether the scene starts as a known solution does. */
 PetscBool MPMKnownStarts(const MPMScene *scene)
 {
-  return scene->known && scene->known->row ? PETSC_TRUE : PETSC_FALSE;
+  return scene->known && scene->known->row;
 }
 
 /* Sets the position x [dim], m, where a particle with lattice place X [dim], m, starts, and its velocity v [dim], m/s,

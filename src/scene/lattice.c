@@ -76,7 +76,7 @@ static PetscBool FindRun(MPMLattice *w)
 {
   const PetscInt   d     = w->dim - 1;
   const MPMBody   *b     = w->body;
-  const PetscBool  whole = MPMRegionSolid(&b->region) && !b->region.others ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool  whole = MPMRegionSolid(&b->region) && !b->region.others;
   const PetscInt64 end   = w->last[d] + 1;
   PetscInt64       from  = w->ijk[d], to, next;
   MPMRow           row   = {.dim = w->dim, .spacing = b->b[d], .offset = b->offset[d]};

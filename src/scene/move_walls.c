@@ -26,7 +26,7 @@ static PetscErrorCode IsFinite(const MPMScene *scene, PetscInt dim, PetscInt k, 
 
   PetscFunctionBeginUser;
   PetscCall(Evaluate(scene, dim, k, t, v));
-  *finite = PetscAbsReal(v[0]) + PetscAbsReal(v[1]) + PetscAbsReal(v[2]) <= PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+  *finite = PetscAbsReal(v[0]) + PetscAbsReal(v[1]) + PetscAbsReal(v[2]) <= PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,7 +52,7 @@ PetscErrorCode MPMSceneReadWallVelocity(MPMScene *scene, const MPMCore *core, Pe
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "bc_<f>_velocity", MPMFaceNames[k], text, NULL));
-  scene->wall_along[k] = face->type == MPM_WALL_piston || IsSingle(text) ? PETSC_TRUE : PETSC_FALSE;
+  scene->wall_along[k] = face->type == MPM_WALL_piston || IsSingle(text);
   PetscCall(MPMOptionsExpression(o, "bc_<f>_velocity", MPMFaceNames[k], "t", scene->wall_along[k] ? 1 : dim,
                                  &scene->wall_velocity[k]));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -112,7 +112,7 @@ static void WhereTo(const MPMScene *scene, const MPMGrid *grid, const PetscReal 
   for (PetscInt k = 0; k < 2 * grid->dim && !text[0]; k++) {
     const PetscInt  other  = k % 2 ? k - 1 : k + 1;
     const PetscReal length = grid->upper[k / 2] - grid->lower[k / 2];
-    const PetscBool two    = scene->walls.given[k / 2][other % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool two    = scene->walls.given[k / 2][other % 2].type == MPM_WALL_piston;
 
     if (scene->walls.given[k / 2][k % 2].type != MPM_WALL_piston) continue;
     if (place[k] < -1e-9 * length)

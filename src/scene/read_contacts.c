@@ -37,7 +37,7 @@ static void RefuseBody(const MPMScene *scene, MPMOptions o, const char contact[]
                      "friction is -body_%s_mu",
                      contact, name, name, name);
   for (PetscInt b = 0; b < scene->nbodies; b++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", scene->bodies[b].name);
+    MPMAppend(list, sizeof list, "%s%s", b ? "," : "", scene->bodies[b].name);
   MPMOptionsFail(o, "-contact_%s_bodies %.100s: choose all, or a list of bodies with particles, of %s", contact, name,
                  list);
 }
@@ -50,7 +50,7 @@ static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "contact_<c>_bodies", name, text, NULL));
-  for (PetscInt b = 0; b < scene->nbodies; b++) in[b] = !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies; b++) in[b] = !strcmp(text, "all");
   for (char *w = strcmp(text, "all") ? strtok_r(text, ", ", &save) : NULL; w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt b = 0;
 

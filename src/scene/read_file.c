@@ -34,13 +34,10 @@ PetscErrorCode MPMSceneReadFile(MPI_Comm comm, const char path[], char **text, s
 
 const char *MPMSceneTextFault(const char text[], size_t n, size_t *mark)
 {
-  const PetscBool utf8   = n >= 3 && !memcmp(text, "\xef\xbb\xbf", 3) ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool marked = n >= 2 && (!memcmp(text, "\xff\xfe", 2) || !memcmp(text, "\xfe\xff", 2)) ? PETSC_TRUE
-                                                                                                    : PETSC_FALSE;
-  const PetscBool wide   = n >= 4 && ((!text[0] && text[1] && !text[2] && text[3]) ||
-                                    (text[0] && !text[1] && text[2] && !text[3]))
-                               ? PETSC_TRUE
-                               : PETSC_FALSE;
+  const PetscBool utf8   = n >= 3 && !memcmp(text, "\xef\xbb\xbf", 3);
+  const PetscBool marked = n >= 2 && (!memcmp(text, "\xff\xfe", 2) || !memcmp(text, "\xfe\xff", 2));
+  const PetscBool wide   = n >= 4 &&
+                         ((!text[0] && text[1] && !text[2] && text[3]) || (text[0] && !text[1] && text[2] && !text[3]));
 
   *mark = utf8 ? 3 : 0;
   return marked || wide ? "is text in UTF-16; save it as UTF-8" : NULL;

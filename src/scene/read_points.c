@@ -2,7 +2,6 @@
    Fxx Fxy ... Fzz, volume, material, in any sequence. Each process reads the lines that begin in its part of the bytes,
    or its part of the rows of an HDF5 file. */
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -18,7 +17,7 @@ static PetscBool HasValues(const char line[])
 {
   const char first = line[strspn(line, SEPARATORS)];
 
-  return first && first != '#' ? PETSC_TRUE : PETSC_FALSE;
+  return first && first != '#';
 }
 
 /* Says in why [len] what keeps a line of n bytes from being read as text, if anything does. */

@@ -84,7 +84,7 @@ PetscErrorCode MPMPointsOpenHDF5(MPMOptions o, MPMPoints *p)
     if (!s && all[s] < 0 && !why[0]) (void)snprintf(why, sizeof why, "it has no dataset x");
     if (all[s] >= 0 && all[s] != all[0])
       (void)snprintf(why, sizeof why, "x has %" PetscInt64_FMT " rows, %s %" PetscInt64_FMT, all[0], names[s], all[s]);
-    if (s) *has[s] = all[s] >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (s) *has[s] = all[s] >= 0;
     if (why[0]) MPMOptionsFail(o, "%.600s: %s", p->what, why);
   }
   p->all = all[0];

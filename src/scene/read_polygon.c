@@ -127,7 +127,7 @@ static PetscBool Cross(const Loops *l, const Edge *e, const Edge *f)
 {
   const PetscReal *a = l->x + 2 * e->a, *b = l->x + 2 * e->b, *c = l->x + 2 * f->a, *d = l->x + 2 * f->b;
 
-  return Area(a, b, c) * Area(a, b, d) < 0 && Area(c, d, a) * Area(c, d, b) < 0 ? PETSC_TRUE : PETSC_FALSE;
+  return Area(a, b, c) * Area(a, b, d) < 0 && Area(c, d, a) * Area(c, d, b) < 0;
 }
 
 /* Checks loop `loop`, the vertices first .. end-1: their number, repeated ones, edges that turn back. A last vertex
@@ -154,7 +154,7 @@ static PetscBool CheckLoop(MPMOptions o, Loops *l, PetscInt loop, PetscInt first
       MPMOptionsFail(o, "%s: loop %" PetscInt_FMT " turns back on itself at vertex %" PetscInt_FMT ", %g,%g", l->what,
                      loop, (k + 1) % n + 1, (double)b[0], (double)b[1]);
   }
-  return area == 0 ? PETSC_TRUE : PETSC_FALSE;
+  return area == 0;
 }
 
 /* Checks that no two edges cross. They are sorted by x, so that only neighbours are compared. */

@@ -24,7 +24,7 @@ static PetscErrorCode ReadDirection(MPMOptions o, PetscInt dim, const char row[]
    where they are missing. */
 static PetscErrorCode ReadBox(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
 {
-  const PetscBool box = r->type == MPM_REGION_box ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool box = r->type == MPM_REGION_box;
   PetscBool       lower, upper;
 
   PetscFunctionBeginUser;
@@ -73,8 +73,7 @@ PetscErrorCode MPMSceneReadRegion(MPMCore *core, MPMOptions o, const char name[]
   PetscCall(MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames, &row));
   r->type = (MPMRegionType)row;
   taken   = MPMRegionParameters[row];
-  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s ", MPMRegionParameters[k]);
+  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++) MPMAppend(all, sizeof all, "%s ", MPMRegionParameters[k]);
   PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, all, taken));
   if (r->type == MPM_REGION_cylinder && dim < 3)
     MPMOptionsFail(o, "-body_%s_shape cylinder needs -dim 3: %s", name,
@@ -84,7 +83,7 @@ PetscErrorCode MPMSceneReadRegion(MPMCore *core, MPMOptions o, const char name[]
   if (r->type == MPM_REGION_stl && dim < 3)
     MPMOptionsFail(o, "-body_%s_shape stl needs -dim 3: choose polygon in 2-D, box in 1-D", name);
   for (PetscInt d = 0; d < dim; d++) { /* a polygon has bounds of its own on the first axes */
-    const PetscBool own = r->type == MPM_REGION_polygon && d < 2 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool own = r->type == MPM_REGION_polygon && d < 2;
 
     r->lower[d] = own ? PETSC_MIN_REAL : core->grid.lower[d];
     r->upper[d] = own ? PETSC_MAX_REAL : core->grid.upper[d];
@@ -210,7 +209,7 @@ PetscErrorCode MPMSceneCutsNothing(const MPMBody *b, PetscInt dim, PetscInt cut,
   both.region.ncut               = 0;
   both.region.nwithin            = r->nwithin + 1;
   w                              = MPMLatticeBegin(&both, dim);
-  *nothing                       = MPMLatticeNext(&w) ? PETSC_FALSE : PETSC_TRUE;
+  *nothing                       = !MPMLatticeNext(&w);
   PetscCall(PetscFree(both.region.others));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -231,7 +231,7 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   r->shape = &b->region;
   r->mu    = b->mu;
   r->tied  = b->tied;
-  r->moves = b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE ? PETSC_TRUE : PETSC_FALSE;
+  r->moves = b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE;
   for (PetscInt d = 0; d < 3; d++) {
     r->pivot[d]    = d < dim && !b->has_pivot ? 0.5 * (lower[d] + upper[d]) : b->pivot[d];
     r->turn[4 * d] = 1;

@@ -6,8 +6,7 @@
    x >= 0 is a body of revolution. */
 static PetscBool IsMirrored(const MPMRegion *r)
 {
-  return (r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus) && r->center[0] == 0 ? PETSC_TRUE
-                                                                                              : PETSC_FALSE;
+  return (r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus) && r->center[0] == 0;
 }
 
 static void CheckBody(const MPMBody *b, MPMOptions o)

@@ -19,9 +19,9 @@ static const struct {
 
 static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt number, MPMOptions o)
 {
-  const char     *name = MPMFaceNames[number];
-  const PetscBool axis = number == 0 && core->grid.round && core->grid.lower[0] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  MPMFace        *face = &scene->walls.given[number / 2][number % 2];
+  const char     *name               = MPMFaceNames[number];
+  const PetscBool axis               = number == 0 && core->grid.round && core->grid.lower[0] == 0;
+  MPMFace        *face               = &scene->walls.given[number / 2][number % 2];
   char            type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
   const char     *taken;
   PetscInt        row;
@@ -40,8 +40,7 @@ static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt nu
   PetscCall(MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames, &row));
   face->type = (MPMWall)row;
   taken      = MPMWallParameters[face->type];
-  for (size_t k = 0; k < NPARAMETERS; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
+  for (size_t k = 0; k < NPARAMETERS; k++) MPMAppend(all, sizeof all, "%s%s", k ? " " : "", parameters[k].word);
   PetscCall(MPMOptionsRefuseOthers(o, "bc", name, "type", type, all, taken));
   for (size_t k = 0; k < NPARAMETERS; k++) {
     void *value = (char *)face + parameters[k].place;
@@ -63,8 +62,8 @@ PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
   for (PetscInt d = 0; d < core->grid.dim; d++)
     for (PetscInt side = 0; side < 2; side++) PetscCall(ReadFace(scene, core, 2 * d + side, o));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscBool low  = scene->walls.given[d][0].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
-                    high = scene->walls.given[d][1].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool low  = scene->walls.given[d][0].type == MPM_WALL_periodic,
+                    high = scene->walls.given[d][1].type == MPM_WALL_periodic;
 
     if (low != high)
       MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", MPMFaceNames[2 * d + high],

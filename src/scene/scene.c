@@ -81,7 +81,7 @@ static void DropWord(const char list[], const char word[], char rest[MPM_TEXT_LE
     const size_t n = strcspn(w, " ");
 
     if (n != strlen(word) || strncmp(w, word, n))
-      (void)snprintf(rest + strlen(rest), MPM_TEXT_LEN - strlen(rest), "%s%.*s", rest[0] ? " " : "", (int)n, w);
+      MPMAppend(rest, MPM_TEXT_LEN, "%s%.*s", rest[0] ? " " : "", (int)n, w);
     w += n;
   }
 }
@@ -152,8 +152,7 @@ static PetscErrorCode ReadMaterial(const MPMCore *core, MPMOptions o, MPMMateria
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   m->tension = m->melting = -1; /* none */
-  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
+  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++) MPMAppend(all, sizeof all, " %s", numbers[k].word);
   PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++)
     if (!strcmp(type->name, model)) m->type = type;
@@ -173,7 +172,7 @@ static PetscErrorCode ReadMaterial(const MPMCore *core, MPMOptions o, MPMMateria
     }
   }
   if (MPMListHas(taken, "fit")) PetscCall(MPMOptionsEnum(o, "material_<m>_fit", m->name, fit, NULL));
-  m->plane = !strcmp(fit, "plane_strain") ? PETSC_TRUE : PETSC_FALSE;
+  m->plane = !strcmp(fit, "plane_strain");
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     if (MPMListHas(taken, numbers[k].word))
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
@@ -205,7 +204,7 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
   PetscCall(MPMSceneReadRigid(core, o, b));
   if (b->rigid != MPM_RIGID_NONE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
-  b->alone = !strcasecmp(material, "none") ? PETSC_TRUE : PETSC_FALSE;
+  b->alone = !strcasecmp(material, "none");
   for (PetscInt k = 0; k < scene->nmaterials; k++) /* a material may have this name */
     if (!strcasecmp(scene->materials[k].name, "none")) b->alone = PETSC_FALSE;
   if (b->alone) PetscFunctionReturn(PETSC_SUCCESS);
@@ -347,7 +346,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsEnum(o, "geometry", NULL, geometry, &set));
   if (set && strcmp(geometry, "cartesian") && core->grid.dim != 2)
     MPMOptionsFail(o, "-geometry %s needs -dim 2, not %" PetscInt_FMT, geometry, core->grid.dim);
-  core->grid.round = set && !strcmp(geometry, "axisymmetric") ? PETSC_TRUE : PETSC_FALSE;
+  core->grid.round = set && !strcmp(geometry, "axisymmetric");
   PetscCall(MPMOptionsReals(o, "gravity", NULL, core->params.gravity, NULL));
   PetscCall(ReadGrid(core, o));
   for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(core, o, &scene->materials[k]));

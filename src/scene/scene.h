@@ -79,7 +79,7 @@ typedef struct {
 } MPMLoad;
 MPM_INLINE PetscBool MPMLoadIsOnVolume(const MPMLoad *load)
 {
-  return load->type == MPM_LOAD_FORCE || load->type == MPM_LOAD_TORQUE ? PETSC_TRUE : PETSC_FALSE;
+  return load->type == MPM_LOAD_FORCE || load->type == MPM_LOAD_TORQUE;
 }
 
 /* The known solution of a scene; see known.c. */

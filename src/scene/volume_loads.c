@@ -42,7 +42,7 @@ static PetscBool Inertia(PetscInt dim, const PetscReal m[10], const PetscReal c[
   for (PetscInt d = 0; d < 3; d++) trace -= A[4 * d];
   for (PetscInt d = 0; d < 3; d++) A[4 * d] += trace;
   det = dim == 3 ? MPMDet(3, A) : A[8];
-  return trace > 0 && det > FLAT * (dim == 3 ? trace * trace * trace : trace) ? PETSC_TRUE : PETSC_FALSE;
+  return trace > 0 && det > FLAT * (dim == 3 ? trace * trace * trace : trace);
 }
 
 /* Sets c to the point of a load, from the middle of the grid, by the moments of its particles. */

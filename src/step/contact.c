@@ -12,7 +12,6 @@
    others have left; impulses along normals only push, and friction stays within its cone. Every process does this for all
    columns, with the same bits: of the sums over processes all terms but one are 0. docs/method.md has the formulas
    (Contact). */
-#include "parallel/exchange.h"
 #include "base/algebra.h"
 #include "physics/wall.h"
 #include "step/friction.h"
@@ -284,7 +283,7 @@ static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
   MPMContacts *c = core->contacts;
 
   if (phase->nodes == MPMNodesAdvance) c->corrections = 0;
-  return phase->nodes == MPMNodesCorrect && ++c->corrections == core->params.order - 1 ? PETSC_TRUE : PETSC_FALSE;
+  return phase->nodes == MPMNodesCorrect && ++c->corrections == core->params.order - 1;
 }
 
 /* Adds an impulse J [3], N s, of a rigid body on the matter at x [3] to what it has done; returns its work, J. */
@@ -311,7 +310,7 @@ static PetscReal AddTo(MPMRigid *rigid, PetscInt dim, const PetscReal x[], const
 static void Account(MPMCore *core, PetscBool advance)
 {
   const MPMContacts *c       = core->contacts;
-  const PetscBool    relaxes = core->volumes.sound > 0 ? PETSC_TRUE : PETSC_FALSE; /* with that term */
+  const PetscBool    relaxes = core->volumes.sound > 0; /* with that term */
   PetscReal          work = 0, taken = 0, pushed = 0;
   PetscMPIInt        rank;
 
@@ -361,11 +360,11 @@ static PetscReal Round(MPMCore *core, PetscBool decides, PetscBool advance, Pets
 
 PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
 {
-  const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool decides = advance || phase->nodes == MPMNodesVelocity ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool advance = phase->nodes == MPMNodesAdvance;
+  const PetscBool decides = advance || phase->nodes == MPMNodesVelocity;
   MPMContacts    *c       = core->contacts;
-  const PetscBool counts  = IsLastCorrection(core, phase) || advance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool yield   = counts && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool counts  = IsLastCorrection(core, phase) || advance;
+  const PetscBool yield   = counts && core->rigids.free;
   PetscReal       largest = 0, most = 1;
 
   PetscFunctionBeginUser;
@@ -377,12 +376,11 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   for (PetscInt k = 0; k < c->nnodes; k++)
     for (PetscInt d = 0; d < 3; d++) c->node[k].given[d] = 0;
   for (int rounds = 0; rounds < ROUNDS && (!rounds || most > QUIET * largest); rounds++) {
-    Glue(c, rounds ? PETSC_FALSE : PETSC_TRUE);
+    Glue(c, !rounds);
     most    = Round(core, decides, advance, yield);
     largest = PetscMax(largest, most);
   }
-  for (PetscInt k = 0; k < c->ncolumns && advance; k++)
-    c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0;
   if (counts) Account(core, advance);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -434,7 +432,7 @@ PetscBool MPMContactsPush(const MPMCore *core, const PetscInt ijk[], PetscReal e
   MPMContactsGave(core, ijk, dv);
   for (PetscInt d = 0; d < core->grid.dim; d++) size += PetscSqr(dv[d]);
   for (PetscInt d = 0; d < 3 && size > 0; d++) e[d] = dv[d] / PetscSqrtReal(size);
-  return size > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return size > 0;
 }
 
 PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)

@@ -123,7 +123,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
     to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
     room    = PetscMin(room, q->room[axis]);
   }
-  alone = to->gap < PETSC_INFINITY ? PETSC_FALSE : PETSC_TRUE;
+  alone = !(to->gap < PETSC_INFINITY);
   for (PetscInt k = to->first; k < to->last && alone; k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
 

@@ -362,8 +362,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       MPMPair           *p = &s.c->pair[q];
 
       if (p->a == kind->copy || p->b == kind->copy)
-        p->flows = p->flows || (p->rigid ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE
-                                                                                                    : PETSC_FALSE;
+        p->flows = p->flows || (p->rigid ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m));
       if ((p->a == kind->copy || p->b == kind->copy) && !MPMMaterialKeepsShape(m))
         p->soft[p->b == kind->copy] = PETSC_TRUE;
     }

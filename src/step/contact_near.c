@@ -162,7 +162,7 @@ static PetscBool IsRigidNear(const Search *s, const MPMRigid *rigid, const Petsc
   }
   half     = PetscSqrtReal(half);
   distance = MPMRigidDistance(rigid, grid->dim, x, n);
-  return (rigid->tied ? distance : PetscAbsReal(distance)) < half + s->reach ? PETSC_TRUE : PETSC_FALSE;
+  return (rigid->tied ? distance : PetscAbsReal(distance)) < half + s->reach;
 }
 
 /* Returns whether particle p is near a rigid body: near its surface, of one that is tied also inside. */
@@ -172,7 +172,7 @@ static PetscBool IsParticleNear(const Search *s, const MPMRigid *rigid, PetscInt
   PetscReal       n[3];
   const PetscReal distance = MPMRigidDistance(rigid, dim, s->view.x + p * dim, n);
 
-  return distance < s->reach && (rigid->tied || distance > -s->reach) ? PETSC_TRUE : PETSC_FALSE;
+  return distance < s->reach && (rigid->tied || distance > -s->reach);
 }
 
 /* Lists those near a rigid body, as ListParticles does. */

@@ -254,10 +254,9 @@ static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *
   for (PetscInt d = grid->dim; d < 3; d++) n[d] = 0;
   for (PetscInt d = 1; d < grid->dim; d++)
     if (PetscAbsReal(n[d]) > PetscAbsReal(n[axis])) axis = d;
-  if (pair->rigid->tied)
-    return distance <= HeldWithin(core->basis) * PetscAbsReal(n[axis]) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
+  if (pair->rigid->tied) return distance <= HeldWithin(core->basis) * PetscAbsReal(n[axis]) * grid->h[axis];
   if (pair->flows && distance > OUTSIDE * grid->h[axis]) return PETSC_FALSE;
-  return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
+  return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis];
 }
 
 /* Finds the normals at the nodes of the sums, [nfits][3]; they are 0 where there is none. Collective on exchange.data. */

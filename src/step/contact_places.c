@@ -237,9 +237,7 @@ static PetscBool AreClear(const MPMCore *core)
   const MPMContacts *c = core->contacts;
 
   return c->moved < FARTHEST && 2 * (PetscInt)PetscCeilReal(c->moved) < c->clear && core->grid.places < 2 &&
-                 c->waiting == core->particles.waiting
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+         c->waiting == core->particles.waiting;
 }
 
 PetscErrorCode MPMContactsSettle(MPMCore *core)

@@ -96,7 +96,7 @@ MPM_INLINE void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[
 /* Returns whether the matter of a pair moves with a rigid body. */
 MPM_INLINE PetscBool IsTied(const MPMPair *pair)
 {
-  return pair->rigid && pair->rigid->tied ? PETSC_TRUE : PETSC_FALSE;
+  return pair->rigid && pair->rigid->tied;
 }
 
 /* Returns how near nodes have to be to a rigid body that is tied, or to a body to which a fluid sticks, to be held, in
@@ -118,7 +118,7 @@ MPM_INLINE const PetscInt *TileRow(int dim, const MPMTiles *t, PetscInt tile, Pe
 /* Returns whether node at [3] of a stencil is among some of its nodes (bits). */
 MPM_INLINE PetscBool IsAmong(const Stencil *t, const PetscInt at[], uint64_t some)
 {
-  return some >> ((at[2] * t->n[1] + at[1]) * t->n[0] + at[0]) & 1 ? PETSC_TRUE : PETSC_FALSE;
+  return (some >> ((at[2] * t->n[1] + at[1]) * t->n[0] + at[0]) & 1) != 0;
 }
 
 #define FOR_STENCIL(t, at)                                                                                             \

@@ -169,7 +169,7 @@ PetscErrorCode MPMContactListTiles(MPMCore *core)
 
     here.copy = MPMContactTileCopy(core, &view, tile, here.at);
     for (PetscInt c = 0; c < core->grid.copies && !near; c++)
-      near = c != here.copy && MPMContactIsNear(core, c, here.at, 1) ? PETSC_TRUE : PETSC_FALSE;
+      near = c != here.copy && MPMContactIsNear(core, c, here.at, 1);
     if (!near) continue;
     if (t->nbeside == t->room) {
       t->room = 2 * t->room + 64;

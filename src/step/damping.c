@@ -16,7 +16,7 @@ PetscErrorCode MPMDampingSetFromOptions(MPMCore *core, MPMOptions o)
 
 PetscBool MPMDampingIsOn(const MPMCore *core)
 {
-  return core->damping.time > 0 || core->damping.kinetic ? PETSC_TRUE : PETSC_FALSE;
+  return core->damping.time > 0 || core->damping.kinetic;
 }
 
 /* Adds the kinetic energy of the particles here to *kinetic, J, if that is not NULL, and multiplies their velocities,
@@ -76,7 +76,7 @@ PetscErrorCode MPMDampingEnd(MPMCore *core)
   PetscCall(Scale(core, 1, &kinetic));
   PetscCall(MPMSumReduce(&kinetic, 1, core->exchange.data));
   now     = MPMSumValue(&kinetic);
-  d->rest = now < d->last ? PETSC_TRUE : PETSC_FALSE;
+  d->rest = now < d->last;
   if (d->rest) {
     PetscCall(Scale(core, 0, NULL));
     now = 0;

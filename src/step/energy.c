@@ -10,7 +10,7 @@
 /* Returns whether motion by FLIP is followed particle by particle. */
 static PetscBool KeepsAll(const MPMEnergy *e)
 {
-  return e->on && e->mean == MPM_MEAN_PARTICLES ? PETSC_TRUE : PETSC_FALSE;
+  return e->on && e->mean == MPM_MEAN_PARTICLES;
 }
 
 /* Returns the numbers that are kept of a particle's motion: x, v and, where there are loads, F. */
@@ -120,7 +120,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   const MPMParams *par  = &core->params;
   const PetscInt   dim  = grid->dim;
   const PetscReal  half = core->implicit ? 0 : 0.5; /* implicit steps have no kicks */
-  const PetscBool  maps = e->loads && e->maps && e->strained ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool  maps = e->loads && e->maps && e->strained;
 
   for (PetscInt k = 0; k < e->n; k++) {
     const PetscInt   p    = e->which[k];
@@ -265,15 +265,14 @@ static void AddKick(const MPMCore *core, const MPMNode *n, const PetscReal v[], 
 
 PetscErrorCode MPMEnergyNodes(MPMCore *core, PetscInt k)
 {
-  const MPMPhase *phase    = core->program[k];
-  const MPMPatch *patch    = &core->exchange.patch;
-  const PetscBool kicks    = MPMTotalKicks(phase);
-  const PetscBool advance  = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  dim      = core->grid.dim;
-  MPMEnergy      *e        = &core->energy;
-  const PetscBool direct   = e->maps && e->mean == MPM_MEAN_NODES ? PETSC_TRUE : PETSC_FALSE,
-                  later    = IsCorrected(core, k),
-                  corrects = direct && phase->nodes == MPMNodesCorrect && !later ? PETSC_TRUE : PETSC_FALSE;
+  const MPMPhase *phase   = core->program[k];
+  const MPMPatch *patch   = &core->exchange.patch;
+  const PetscBool kicks   = MPMTotalKicks(phase);
+  const PetscBool advance = phase->nodes == MPMNodesAdvance;
+  const PetscInt  dim     = core->grid.dim;
+  MPMEnergy      *e       = &core->energy;
+  const PetscBool direct = e->maps && e->mean == MPM_MEAN_NODES, later = IsCorrected(core, k),
+                  corrects = direct && phase->nodes == MPMNodesCorrect && !later;
 
   PetscFunctionBeginUser;
   if (!advance && !kicks && !corrects && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))

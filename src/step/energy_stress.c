@@ -6,7 +6,7 @@
 
 PetscBool MPMEnergyLost(const MPMMaterial *m)
 {
-  return (m->state & MPM_BIT(F)) && !(m->type->traits & MPM_HYPERELASTIC) ? PETSC_TRUE : PETSC_FALSE;
+  return (m->state & MPM_BIT(F)) && !(m->type->traits & MPM_HYPERELASTIC);
 }
 
 /* Sets tau [6], Pa, of particle p, in the sequence of MPMSymIndex. */
@@ -150,8 +150,8 @@ void MPMEnergyAddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   for (PetscInt p = 0; p < view->n; p++) {
     PetscReal          tau[6], f[9], f33, V0, half, work;
     const MPMMaterial *m       = MaterialOf(core, view, p, &V0);
-    const PetscBool    has_F   = m->state & MPM_BIT(F) ? PETSC_TRUE : PETSC_FALSE;
-    const PetscBool    viscous = m->type->traits & MPM_FLUID && m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool    has_F   = (m->state & MPM_BIT(F)) != 0;
+    const PetscBool    viscous = m->type->traits & MPM_FLUID && m->viscosity > 0;
     const PetscReal   *was = e->stress + p * MPM_STRESS_ROW, *F = has_F ? view->F + p * dim * dim : f,
                     *F33 = !m->round ? NULL
                            : has_F   ? view->F33 + p

@@ -3,7 +3,6 @@
    centre less half of the extent of its deformed domain. The gap of a node is the least of these, over all processes,
    since a minimum has the same bits in every sequence. A node without a particle over it has the least gap of the nodes
    beside it from which it may have mass. docs/method.md has the condition that nodes get (Walls). */
-#include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"
@@ -86,10 +85,10 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
 {
   const MPMGrid  *grid   = &core->grid;
   const PetscInt  dim    = grid->dim;
-  const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston;
+  const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p));
   const PetscReal h = grid->h[k / 2], end = End(core, view, p, k, at);
-  const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool sinks = !moves && end < -SUNK * h;
   const PetscInt  place = grid->place[MPMKindOf(core->params.kinds, view, p)->copy];
   const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
   PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
@@ -137,7 +136,7 @@ static PetscReal Nearby(const MPMCore *core, PetscInt k, PetscInt place, const P
 static void SetLeast(const MPMCore *core, PetscInt k)
 {
   const MPMGrid  *grid  = &core->grid;
-  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston;
   PetscReal      *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
   PetscReal      *least = core->gaps->least + core->gaps->first[k];
   const PetscReal dt    = core->params.dt;
@@ -174,7 +173,7 @@ PetscErrorCode MPMGapsUpdate(MPMCore *core)
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
     const PetscInt  d     = k / 2;
-    const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston;
     const PetscReal near = reach * grid->h[d], behind = moves ? -grid->h[d] : PETSC_MIN_REAL;
     PetscReal       plane, sign;
 

@@ -2,16 +2,7 @@
    into their motion, velocity v [dim], m/s, and acceleration a [dim], m/s^2. Equation numbers are those of
    docs/method.md. */
 #include "kernels/round.h"
-#include "physics/wall.h"
 #include "step/scheme.h"
-
-/* Returns whether a wall along y or z reaches a whole row. */
-static PetscBool RowWalled(const MPMParams *par, const MPMGrid *grid, const MPMNodes *r)
-{
-  for (PetscInt d = 1; d < grid->dim; d++)
-    if (MPMWallsReach(par->walls->given, grid, d, r->ijk[d])) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
 
 /* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. walled: one
    reaches the whole row; lo, hi: the first node on x that no wall reaches, and the one after the last. */
@@ -20,7 +11,7 @@ MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, Pe
   ijk[0] = r->ijk[0] + i;
   ijk[1] = r->ijk[1];
   ijk[2] = r->ijk[2];
-  return walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE; /* those of other copies too */
+  return walled || ijk[0] < lo || ijk[0] >= hi; /* those of other copies too */
 }
 
 /* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a
@@ -135,24 +126,10 @@ MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MP
   }
 }
 
-/* The kernels that scheme.h declares; dim and round are constants in each call. */
-#define NODE_KERNEL(what)                                                                                              \
-  void MPMNodes##what(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
-  {                                                                                                                    \
-    const PetscBool walled = RowWalled(par, patch->grid, r);                                                           \
-                                                                                                                       \
-    if (patch->grid->round)                                                                                            \
-      what(2, 1, par, patch->grid, r, walled);                                                                         \
-    else if (patch->grid->dim == 2)                                                                                    \
-      what(2, 0, par, patch->grid, r, walled);                                                                         \
-    else if (patch->grid->dim == 1)                                                                                    \
-      what(1, 0, par, patch->grid, r, walled);                                                                         \
-    else                                                                                                               \
-      what(3, 0, par, patch->grid, r, walled);                                                                         \
-  }
-NODE_KERNEL(Velocity)
-NODE_KERNEL(VelocityAgain)
-NODE_KERNEL(Residual)
-NODE_KERNEL(Mean)
-NODE_KERNEL(Advance)
-NODE_KERNEL(Correct)
+/* The kernels that scheme.h declares. */
+MPM_NODE_KERNEL(Velocity, Velocity, walled)
+MPM_NODE_KERNEL(VelocityAgain, VelocityAgain, walled)
+MPM_NODE_KERNEL(Residual, Residual, walled)
+MPM_NODE_KERNEL(Mean, Mean, walled)
+MPM_NODE_KERNEL(Advance, Advance, walled)
+MPM_NODE_KERNEL(Correct, Correct, walled)

@@ -84,18 +84,15 @@ _Static_assert(MPM_TIMER_PHASES + NUM_PHASES <= MPM_MAX_TIMERS, "every phase may
   static const int name##_phases[] = {__VA_ARGS__, -1};                                                                \
   _Static_assert(sizeof name##_phases / sizeof name##_phases[0] <= MPM_MAX_SCHEME, "a scheme's program has room");
 #include "step/scheme.def"
-#undef MPM_SCHEME
 
 const MPMScheme MPMSchemes[] = {
 #define MPM_SCHEME(name, keeps_increment, direct, what, ...) {#name, what, keeps_increment, direct, name##_phases},
 #include "step/scheme.def"
-#undef MPM_SCHEME
     {NULL, NULL, PETSC_FALSE, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
 #define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) {#name, what, flip, parts, rounds, bounds},
 #include "step/transfer.def"
-#undef MPM_TRANSFER
     {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
 const MPMScheme MPMSchemeTotal      = {"leapfrog", "leapfrog", PETSC_FALSE, PETSC_TRUE, NULL},
@@ -149,7 +146,7 @@ static PetscBool HasGravity(const MPMCore *core)
 {
   const PetscReal *g = core->params.gravity;
 
-  return g[0] != 0 || g[1] != 0 || g[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  return g[0] != 0 || g[1] != 0 || g[2] != 0;
 }
 
 /* Leaves out of a phase of the relaxation of volumes what only sand needs, if no sand relaxes. The last numbers of a
@@ -262,9 +259,7 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
                       : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
                                                                            : MPM_MEAN_PARTICLES;
   core->energy.maps = core->energy.on && !core->grid.total && !core->implicit &&
-                              (method->scheme->keeps_increment || method->scheme->direct)
-                          ? PETSC_TRUE
-                          : PETSC_FALSE;
+                      (method->scheme->keeps_increment || method->scheme->direct);
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;

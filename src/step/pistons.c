@@ -12,7 +12,6 @@
    numbers, and the nodes of a column, which may be on several processes, are collected in sums of which all other terms
    are 0: both have the same bits in every sequence. docs/method.md has the formulas (Walls). */
 #include "kernels/cell.h"
-#include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/step.h"
 
@@ -227,7 +226,7 @@ static PetscBool Decide(const MPMCore *core, const MPMFace *f, PetscReal h, Pets
   if (w < least) return PETSC_TRUE;
   if (!f->pulls || !(pulled < TOUCHES * h)) return PETSC_FALSE;
   *to = core->params.dt > 0 ? -PetscMax(0, pulled) / (CLOSES * core->params.dt) : 0; /* dt 0: no step yet */
-  return w > *to ? PETSC_TRUE : PETSC_FALSE;
+  return w > *to;
 }
 
 /* Returns whether the piston of face k changes the velocity w of the end of column i of all faces in this phase, and to
@@ -242,7 +241,7 @@ static PetscBool Changes(MPMCore *core, PetscInt k, const MPMPhase *phase, Petsc
   *to = p->relative[i];
   if (phase->nodes != MPMNodesResidual) return p->held[i];
   *to = 0;
-  return core->gaps->least[i] >= 0 ? PETSC_TRUE : PETSC_FALSE;
+  return core->gaps->least[i] >= 0;
 }
 
 /* Finds the impulses of the columns of face k, and the shares of their nodes in them. */
@@ -277,7 +276,7 @@ static void FindImpulses(MPMCore *core, PetscInt k, const MPMPhase *phase, Petsc
 
 PetscErrorCode MPMPistonsAfter(MPMCore *core, const MPMPhase *phase)
 {
-  const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool advance = phase->nodes == MPMNodesAdvance;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {

@@ -247,11 +247,11 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
   const MPMReactions *reactions = core->reactions;
   const MPMPhase     *phase     = core->program[k];
   const PetscBool     kicks     = MPMTotalKicks(phase);
-  const PetscBool     placed    = phase->nodes == MPMNodesPlace ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool     advance   = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     placed    = phase->nodes == MPMNodesPlace;
+  const PetscBool     advance   = phase->nodes == MPMNodesAdvance;
   const PetscInt      dim       = core->grid.dim;
-  const PetscBool     twice     = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool     again     = twice && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     twice     = core->energy.mean == MPM_MEAN_AGAIN;
+  const PetscBool     again     = twice && phase->nodes == MPMNodesVelocityAgain;
   PetscInt            at        = 0;
 
   PetscFunctionBeginUser;
@@ -266,7 +266,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
     const PetscInt   ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
     Touch            touch;
 
-    SetTouch(core, ijk, met, k == reactions->filter ? PETSC_TRUE : PETSC_FALSE, &touch);
+    SetTouch(core, ijk, met, k == reactions->filter, &touch);
     if (!touch.n || !(n->m > 0)) continue;
     if (begins)
       PetscCall(Keep(core, at, v));

@@ -26,7 +26,7 @@ PetscErrorCode MPMRestSetFromOptions(MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "time_rest_hold", NULL, &r->hold, &hold));
   if (hold && !(r->limit > 0) && !MPMOptionsOverridden("time_rest_hold", "time_rest"))
     MPMOptionsFail(o, "-time_rest_hold does not apply: -time_rest is not given");
-  r->on = r->shown || r->limit > 0 ? PETSC_TRUE : PETSC_FALSE;
+  r->on = r->shown || r->limit > 0;
   if (r->on) r->unbalanced = NAN; /* until the first step */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -113,5 +113,5 @@ void MPMRestNote(MPMCore *core, PetscReal share)
     r->since = -1;
   else if (r->since < 0)
     r->since = core->t;
-  r->reached = r->since >= 0 && core->t >= r->since + MPMRestHold(core) ? PETSC_TRUE : PETSC_FALSE;
+  r->reached = r->since >= 0 && core->t >= r->since + MPMRestHold(core);
 }

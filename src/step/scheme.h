@@ -4,6 +4,7 @@
 #define MPM_SCHEME_H
 
 #include "parallel/core.h"
+#include "physics/wall.h"
 
 /* An update scheme: a list of phases. */
 #define MPM_MAX_SCHEME 8
@@ -95,21 +96,33 @@ extern const MPMTransfer MPMTransferTotal, MPMTransferStatic;
 
 /* The kernels of node updates (nodes.c, total.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */
-void MPMNodesVelocity(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesVelocityAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesMean(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesResidual(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesAdvance(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesCorrect(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesAccelerate(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesAccelerateAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesKick(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesKickAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesShow(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesSmooth(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesStart(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesStartAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesPlace(const MPMParams *, const MPMPatch *, const MPMNodes *);
-void MPMNodesVolume(const MPMParams *, const MPMPatch *, const MPMNodes *); /* volume.c */
+MPMNodesUpdate MPMNodesVelocity, MPMNodesVelocityAgain, MPMNodesMean, MPMNodesResidual, MPMNodesAdvance,
+    MPMNodesCorrect, MPMNodesAccelerate, MPMNodesAccelerateAgain, MPMNodesKick, MPMNodesKickAgain, MPMNodesShow,
+    MPMNodesSmooth, MPMNodesStart, MPMNodesStartAgain, MPMNodesPlace;
+MPMNodesUpdate MPMNodesVolume; /* volume.c */
+
+/* Returns whether a wall along y or z reaches a whole row. */
+MPM_INLINE PetscBool MPMNodesWalled(const MPMParams *par, const MPMGrid *grid, const MPMNodes *r)
+{
+  for (PetscInt d = 1; d < grid->dim; d++)
+    if (MPMWallsReach(par->walls->given, grid, d, r->ijk[d])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Defines the kernel MPMNodes<name> by a function `what`, in whose calls dim and round are constants. */
+#define MPM_NODE_KERNEL(name, what, ...)                                                                               \
+  void MPMNodes##name(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
+  {                                                                                                                    \
+    const PetscBool walled = MPMNodesWalled(par, patch->grid, r);                                                      \
+                                                                                                                       \
+    if (patch->grid->round)                                                                                            \
+      what(2, 1, par, patch->grid, r, __VA_ARGS__);                                                                    \
+    else if (patch->grid->dim == 2)                                                                                    \
+      what(2, 0, par, patch->grid, r, __VA_ARGS__);                                                                    \
+    else if (patch->grid->dim == 1)                                                                                    \
+      what(1, 0, par, patch->grid, r, __VA_ARGS__);                                                                    \
+    else                                                                                                               \
+      what(3, 0, par, patch->grid, r, __VA_ARGS__);                                                                    \
+  }
 
 #endif

@@ -1,6 +1,5 @@
 /* static_ghosts.c - the stabilisation of nodes with little matter in static steps: springs along the lines of the grid, which
    vanish where displacements are polynomials of the order of the basis. docs/method.md has the equations (Statics). */
-#include "parallel/exchange.h"
 #include "step/static.h"
 
 #define NEARLY  1e-6    /* of a share: a node at a flat surface has half of its matter, whatever rounding says */
@@ -170,7 +169,7 @@ static PetscBool FindRun(const struct MPMStatic *s, const PetscInt ijk[], PetscI
   }
   for (PetscInt e = 0; e < grid->dim; e++) h *= grid->h[e];
   run->stiffness = s->ghost * E * h / PetscSqr(grid->h[d]) * Around(s, ijk, d);
-  return any && run->own ? PETSC_TRUE : PETSC_FALSE;
+  return any && run->own;
 }
 
 /* Adds a run to the matrix of the springs. */

@@ -1,5 +1,4 @@
 /* static_matrix.c - the tangent stiffness of a static step, summed particle by particle. */
-#include "parallel/exchange.h"
 #include "step/static_tangent.h"
 
 /* Adds the stiffness of a particle to that of the nodes of its stencil, [nodes dim][nodes dim]. */

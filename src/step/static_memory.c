@@ -1,7 +1,6 @@
 /* static_memory.c - the memory of implicit steps: that of their matrices, which have room before the first step, and that of
    what PETSc's solvers make of them, which is foretold by what was measured, and told by the objects themselves after the last
    solve. */
-#include "parallel/exchange.h"
 #include "physics/tangent.h"
 #include "step/static.h"
 

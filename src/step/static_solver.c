@@ -135,8 +135,7 @@ static PetscErrorCode CreateSolver(struct MPMStatic *s)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
-  direct = core->grid.dim < 3 ? PETSC_TRUE
-                              : PETSC_FALSE; /* where K is indefinite multigrid fails, and in 2-D this is fast */
+  direct = core->grid.dim < 3; /* where K is indefinite multigrid fails, and in 2-D this is fast */
   PetscCall(SNESCreate(core->exchange.data, &s->snes));
   PetscCall(SNESSetType(s->snes, s->bound[0] ? SNESVINEWTONRSLS : SNESNEWTONLS));
   PetscCall(SNESSetFunction(s->snes, s->r, MPMStaticResidual, s));
@@ -210,7 +209,7 @@ PetscErrorCode MPMStaticCreate(MPMCore *core)
   struct MPMStatic *s = core->implicit;
 
   PetscFunctionBeginUser;
-  s->symmetric = core->params.box && core->params.lock_share < 1 ? PETSC_FALSE : PETSC_TRUE;
+  s->symmetric = !(core->params.box && core->params.lock_share < 1);
   for (PetscInt k = 0; k < core->params.nmaterials; k++) {
     const MPMMaterial *m = &core->params.materials[k];
 
@@ -267,7 +266,7 @@ static PetscErrorCode IsExact(const struct MPMStatic *s, PetscBool *exact)
   PetscCall(PetscObjectTypeCompare((PetscObject)how, SNESLINESEARCHBASIC, &basic));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCLU, &lu));
-  *exact = s->grain > 0 && !s->M && newton && basic && once && (lu || whole) ? PETSC_TRUE : PETSC_FALSE;
+  *exact = s->grain > 0 && !s->M && newton && basic && once && (lu || whole);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,7 +1,6 @@
 /* static_tangent.c - what a particle adds to the tangent stiffness of a static step (static_tangent.h): stress and tangent of its law
    in the current axes, the means of F-bar, and the way back to the total frame. */
 #include "kernels/transfer.h"
-#include "parallel/exchange.h"
 #include "step/static_tangent.h"
 
 #define HOLDS 1e-3 /* of the elastic tangent: a particle that resists less is held by this */

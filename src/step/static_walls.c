@@ -44,7 +44,7 @@ PetscErrorCode MPMStaticHold(struct MPMStatic *s)
     for (PetscInt d = 0; d < grid->dim; d++) {
       const PetscInt k = q * grid->dim + d;
 
-      s->held[k]  = v[0][d] == v[1][d] ? PETSC_TRUE : PETSC_FALSE;
+      s->held[k]  = v[0][d] == v[1][d];
       s->known[k] = was[k] + dt * v[0][d];
       for (PetscInt side = 0; side < 2 && s->bound[0]; side++)
         bound[side][k] = s->held[k] ? (side ? 1 : -1) * PETSC_INFINITY : Bound(core, ijk, d, side, was[k]);

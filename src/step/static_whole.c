@@ -1,7 +1,6 @@
 /* static_whole.c - LU of the whole tangent on each process, with the unknowns in the order of the grid's nodes: its factors and
    what it solves have the same bits on any number of processes, as the tangent has (static.h, grain). On several processes it
    takes the place of PETSc's `redundant`, whose order follows the cuts. */
-#include "parallel/exchange.h"
 #include "step/static.h"
 
 typedef struct {

@@ -43,7 +43,7 @@ PetscErrorCode       MPMEnergyHeat(MPMEnergy *, PetscInt n);
 PetscErrorCode       MPMEnergyHeatDestroy(MPMEnergy *);
 MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
 {
-  return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
+  return core->energy.loads || core->energy.on || core->energy.nheat;
 }
 
 /* Returns the work of the walls of a node, number i on x, along axis d, by its mass and kick: what the acceleration a

@@ -7,14 +7,6 @@
 #include "physics/wall.h"
 #include "step/step.h"
 
-/* Returns whether a wall along y or z reaches a whole row. */
-static PetscBool RowWalled(const MPMParams *par, const MPMGrid *grid, const MPMNodes *r)
-{
-  for (PetscInt d = 1; d < grid->dim; d++)
-    if (MPMWallsReach(par->walls->given, grid, d, r->ijk[d])) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* Lets the walls hold velocity v [dim] of node i of a row. walled: one reaches the whole row. */
 MPM_INLINE void Hold(const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled, PetscInt i,
                      PetscReal v[])
@@ -54,10 +46,8 @@ MPM_INLINE void Acceleration(int dim, int round, const MPMParams *par, const MPM
 
 /* Sets the acceleration of all nodes of a row, in the first numbers of the motion. */
 MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
-                              int again)
+                              PetscBool walled, int again)
 {
-  const PetscBool walled = RowWalled(par, grid, r);
-
   for (PetscInt i = r->first; i < r->last; i++)
     if (r->sum[i].m > 0) /* the others move nothing */
       Acceleration(dim, round, par, grid, r, walled, again, i, r->motion + i * MPM_MOTION_NC(dim), NULL);
@@ -65,10 +55,9 @@ MPM_INLINE void AccelerateRow(int dim, int round, const MPMParams *par, const MP
 
 /* Does so, and moves the nodes: v <- v + kick a and u <- u + dt v. The motion becomes u and v, which particles read,
    and p the forces of walls, for the history. */
-MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                        PetscBool walled, int again)
 {
-  const PetscBool walled = RowWalled(par, grid, r);
-
   for (PetscInt i = r->first; i < r->last; i++) {
     PetscReal *motion = r->motion + i * MPM_MOTION_NC(dim), *u = r->state + i * MPM_MOTION_NC(dim), *v = u + dim, a[3];
 
@@ -87,10 +76,9 @@ MPM_INLINE void KickRow(int dim, int round, const MPMParams *par, const MPMGrid 
 
 /* Sets the first velocity p/m, where p are the sums of the particles' momentum, which are kept as f; `again` corrects
    it by (f - p)/m, as accelerations are corrected. */
-MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled, int again)
 {
-  const PetscBool walled = RowWalled(par, grid, r);
-
   for (PetscInt i = r->first; i < r->last; i++) {
     MPMNode   *n = r->sum + i;
     PetscReal *v = r->state + i * MPM_MOTION_NC(dim) + dim;
@@ -107,10 +95,9 @@ MPM_INLINE void StartRow(int dim, int round, const MPMParams *par, const MPMGrid
 /* Shows the particles the velocities of nodes, in the motion; `again` takes the share 1 - flip of them from p/m, where
    p are the sums of m times what the particles read: the mean of what the nodes around have, which leaves waves of many
    cells and damps those of two. */
-MPM_INLINE void SmoothRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void SmoothRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                          PetscBool walled, int again)
 {
-  const PetscBool walled = RowWalled(par, grid, r);
-
   for (PetscInt i = r->first; i < r->last; i++) {
     const MPMNode *n = r->sum + i;
     PetscReal     *v = r->state + i * MPM_MOTION_NC(dim) + dim;
@@ -123,45 +110,34 @@ MPM_INLINE void SmoothRow(int dim, int round, const MPMParams *par, const MPMGri
 }
 
 /* Shows the particles the displacements and velocities of nodes as they are. */
-MPM_INLINE void PlaceRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, int again)
+MPM_INLINE void PlaceRow(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled, int again)
 {
   const PetscInt nc = MPM_MOTION_NC(dim);
 
   (void)round;
   (void)par;
   (void)grid;
+  (void)walled;
   (void)again;
   for (PetscInt i = r->first; i < r->last; i++)
     for (PetscInt k = 0; k < nc; k++) r->motion[i * nc + k] = r->state[i * nc + k];
 }
 
-/* The kernels that scheme.h declares; dim and round are constants in each call. */
-#define NODE_KERNEL(name, what, again)                                                                                 \
-  void MPMNodes##name(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
-  {                                                                                                                    \
-    if (patch->grid->round)                                                                                            \
-      what(2, 1, par, patch->grid, r, again);                                                                          \
-    else if (patch->grid->dim == 2)                                                                                    \
-      what(2, 0, par, patch->grid, r, again);                                                                          \
-    else if (patch->grid->dim == 1)                                                                                    \
-      what(1, 0, par, patch->grid, r, again);                                                                          \
-    else                                                                                                               \
-      what(3, 0, par, patch->grid, r, again);                                                                          \
-  }
-NODE_KERNEL(Accelerate, AccelerateRow, 0)
-NODE_KERNEL(AccelerateAgain, AccelerateRow, 1)
-NODE_KERNEL(Kick, KickRow, 0)
-NODE_KERNEL(KickAgain, KickRow, 1)
-NODE_KERNEL(Show, SmoothRow, 0)
-NODE_KERNEL(Smooth, SmoothRow, 1)
-NODE_KERNEL(Place, PlaceRow, 0)
-NODE_KERNEL(Start, StartRow, 0)
-NODE_KERNEL(StartAgain, StartRow, 1)
+/* The kernels that scheme.h declares. */
+MPM_NODE_KERNEL(Accelerate, AccelerateRow, walled, 0)
+MPM_NODE_KERNEL(AccelerateAgain, AccelerateRow, walled, 1)
+MPM_NODE_KERNEL(Kick, KickRow, walled, 0)
+MPM_NODE_KERNEL(KickAgain, KickRow, walled, 1)
+MPM_NODE_KERNEL(Show, SmoothRow, walled, 0)
+MPM_NODE_KERNEL(Smooth, SmoothRow, walled, 1)
+MPM_NODE_KERNEL(Place, PlaceRow, walled, 0)
+MPM_NODE_KERNEL(Start, StartRow, walled, 0)
+MPM_NODE_KERNEL(StartAgain, StartRow, walled, 1)
 
 PetscBool MPMTotalKicks(const MPMPhase *phase)
 {
-  return phase->kind == MPM_NODES && (phase->nodes == MPMNodesKick || phase->nodes == MPMNodesKickAgain) ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+  return phase->kind == MPM_NODES && (phase->nodes == MPMNodesKick || phase->nodes == MPMNodesKickAgain);
 }
 
 PetscErrorCode MPMTotalKeep(MPMCore *core)

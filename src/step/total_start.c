@@ -1,7 +1,6 @@
 /* total_start.c - the total frame beside its phases: the masses and the first state of the nodes, and what a step does
    to walls that move, to the velocities of nodes by damping, and to the work of gravity. total.c has the kernels of
    nodes. */
-#include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/step.h"
 

@@ -18,7 +18,7 @@
    fluids that relax, whose pressure is another. */
 static PetscReal Sound(const MPMMaterial *m, PetscInt dim, PetscBool fluids)
 {
-  const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) && !fluids ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) && !fluids;
 
   if (m->type->traits & MPM_FLUID) return m->relaxation * PetscSqrtReal(m->K / m->rho);
   return sand ? m->relaxation * PetscSqrtReal((m->lambda + 2 * m->mu) / m->rho) : 0;
@@ -52,7 +52,7 @@ void MPMVolumesSetUp(MPMCore *core, MPMMaterial *materials, const MPMTime *time)
 
 PetscBool MPMVolumesRelax(const MPMCore *core)
 {
-  return core->volumes.sound > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return core->volumes.sound > 0;
 }
 
 /* Returns the integral from `from` to `to`, in cells, of the function of node i of axis d. */
