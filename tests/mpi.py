@@ -36,6 +36,7 @@ ENVIRONMENT = {
 }
 # Open MPI starts twice as fast where it does not look for networks and at the computer's parts. What it computes is the same.
 FAST = {"OMPI_MCA_pml": "ob1", "HWLOC_COMPONENTS": "no_os,stop", "HWLOC_PLUGINS_PATH": "/nowhere"}
+NO_FOLDER = {"OMPI_MCA_orte_create_session_dirs": "0"}  # of a starter; a run says so itself (src/run/program.c)
 
 
 def members(session):
@@ -122,7 +123,7 @@ class Start:
         try:
             self.starter = starters.pop()
         except IndexError:
-            self.starter = subprocess.Popen([STARTER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
+            self.starter = subprocess.Popen([STARTER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=dict(os.environ) | ALONE | NO_FOLDER)
         files = [f"/proc/{os.getpid()}/fd/{file.fileno()}" for file in (out, err)]
         words = [os.path.abspath(cwd or "."), *files, str(len(command)), *command]
         words += [f"{name}={value}" for name, value in environment.items()]

@@ -1,7 +1,8 @@
 /* starter.c - starts the program for the tests. Of a start on one process more than half is the search for the
-   libraries of PETSc, a hundred of them. This program has done that: it is pebble, but its main() waits for
-   requests, and makes a copy of itself (fork) for each, which then is a run like any other, with a session, files
-   and an environment of its own.
+   libraries of PETSc, a hundred of them, and most of the rest is MPI_Init. This program has done both: it is
+   pebble, but its main() waits for requests, and makes a copy of itself (fork) for each, which then is a run like
+   any other, with a session, files and an environment of its own; only MPI_Finalize is left out, since MPI was not
+   begun by PETSc. (Of other MPIs than Open MPI each copy calls MPI_Init, since they may not bear a copy.)
 
    A request on standard input is a number of bytes and a line end, then so many bytes: strings that end with 0,
    which are the folder, the files for standard output and standard error, the number of arguments, these, and the
@@ -73,6 +74,10 @@ static int Start(char *request, size_t n)
 int main(void)
 {
   size_t n;
+#ifdef OMPI_MAJOR_VERSION
+  int provided;
+  if (MPI_Init_thread(NULL, NULL, PETSC_MPI_THREAD_REQUIRED, &provided)) return 1;
+#endif
   for (char *request; (request = ReadRequest(&n)); free(request)) {
     int         status;
     const pid_t child = fork();
