@@ -251,7 +251,7 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/rank $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
@@ -286,6 +286,10 @@ $(BUILD)/pebble.a: $(filter-out $(BUILD)/run/main.o,$(objects))
 
 $(units): $(BUILD)/%: tests/%.c $(BUILD)/pebble.a
 	$(call say,UNIT) $(compile) $(unit.flags) -o $@ $< $(BUILD)/pebble.a $(rpath) $(libraries)
+
+# It starts as quickly as it can only without PETSc.
+$(BUILD)/rank: tests/rank.c $(BUILD)/flags
+	$(call say,CC) $(CC) -std=gnu11 -O1 -Wall -Wextra -o $@ $<
 
 # Programs that show faults of PETSc: nothing of Pebble is in them.
 $(faults): $(BUILD)/%: tests/%.c $(BUILD)/flags | $(BUILD)/petsc
