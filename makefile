@@ -83,6 +83,8 @@ compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 # ---- Lanes: 8 with AVX-512, 4 with AVX2, 2 with what every processor has; the program picks at its start.
 width.8  := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma
 width.4  := -mavx2 -mfma
+# What tests compute themselves takes less time than compilers need to optimise it.
+unit.flags := $(if $(DEBUG),,-O1)
 # The serial program is compiled like the rest.
 seed.flags := -O3 -ffp-contract=off
 # What the bare kernels of `make bench` get besides.
@@ -249,7 +251,7 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/rank $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
@@ -278,8 +280,16 @@ endif
 $(BUILD)/pebble: $(objects)
 	$(call say,LINK) $(link) -o $@ $^ $(rpath) $(libraries)
 
-$(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
-	$(call say,UNIT) $(compile) -o $@ $(filter tests/%.c %.o,$^) $(rpath) $(libraries)
+# Of the archive a program is linked with what it needs. (It holds the names of the objects only.)
+$(BUILD)/pebble.a: $(filter-out $(BUILD)/run/main.o,$(objects))
+	$(call say,AR) rm -f $@ && $(AR) qcsT $@ $^
+
+$(units): $(BUILD)/%: tests/%.c $(BUILD)/pebble.a
+	$(call say,UNIT) $(compile) $(unit.flags) -o $@ $< $(BUILD)/pebble.a $(rpath) $(libraries)
+
+# It starts as quickly as it can only without PETSc.
+$(BUILD)/rank: tests/rank.c $(BUILD)/flags
+	$(call say,CC) $(CC) -std=gnu11 -O1 -Wall -Wextra -o $@ $<
 
 # Programs that show faults of PETSc: nothing of Pebble is in them.
 $(faults): $(BUILD)/%: tests/%.c $(BUILD)/flags | $(BUILD)/petsc

@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "tools"))
@@ -24,8 +25,11 @@ TIMED_OUT, LEFT_BEHIND = 124, 125  # exit statuses that stand for what happened 
 SAID = os.environ.get("PEBBLE_SAID")  # file for the lines that runs print, which messages.py reads
 STARTER = os.environ.get("PEBBLE_STARTER")  # the program that starts runs of a program on one process in less time, and
 STARTED = os.environ.get("PEBBLE_STARTED")  # that program (starter.c); without them all are started as users do
+RANK = os.environ.get("PEBBLE_RANK")  # what mpiexec starts then, in place of the program (rank.c)
 kept = set()
 starters = []  # that have nothing to do
+rank_starters = []  # that of all ranks, once there are any
+starting = threading.Lock()
 
 # As in the makefile, which says why; for tests that are started by hand.
 ENVIRONMENT = {
@@ -36,6 +40,7 @@ ENVIRONMENT = {
 }
 # Open MPI starts twice as fast where it does not look for networks and at the computer's parts. What it computes is the same.
 FAST = {"OMPI_MCA_pml": "ob1", "HWLOC_COMPONENTS": "no_os,stop", "HWLOC_PLUGINS_PATH": "/nowhere"}
+NO_FOLDER = {"OMPI_MCA_orte_create_session_dirs": "0"}  # of a starter; a run says so itself (src/run/program.c)
 
 
 def members(session):
@@ -115,6 +120,22 @@ def keep(*texts):
     return texts
 
 
+def new_starter(*socket):
+    """A starter; what it calls is looked up at its start, once for all its copies."""
+    return subprocess.Popen([STARTER, *socket], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True,
+                            env=dict(os.environ) | ALONE | NO_FOLDER | {"LD_BIND_NOW": "1"})
+
+
+def rank():
+    """The words of a command that asks the starter of ranks for a copy of the program."""
+    name = f"pebble-{os.getpid()}"
+    with starting:
+        if not rank_starters:
+            rank_starters.append(new_starter(name))
+            rank_starters[0].stdout.readline()  # from now on it listens
+    return [RANK, name]
+
+
 class Start:
     """A run of STARTED by a STARTER, as far as it is a subprocess.Popen: its number, and waiting for its exit status."""
 
@@ -122,7 +143,7 @@ class Start:
         try:
             self.starter = starters.pop()
         except IndexError:
-            self.starter = subprocess.Popen([STARTER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
+            self.starter = new_starter()
         files = [f"/proc/{os.getpid()}/fd/{file.fileno()}" for file in (out, err)]
         words = [os.path.abspath(cwd or "."), *files, str(len(command)), *command]
         words += [f"{name}={value}" for name, value in environment.items()]
@@ -142,7 +163,7 @@ class Start:
 @atexit.register
 def dismiss():
     """Ends the starters; those that still wait for a run end with it."""
-    for starter in starters:
+    for starter in starters + rank_starters:
         starter.stdin.close()
         starter.wait()
 
@@ -153,13 +174,14 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
     called once the run has been started, and its time counts from then on; a run's session is the number of its first process.
     plain: as a user starts it, without what makes the start faster. env: more for the environment."""
     command = list(map(str, arguments))
+    preloads = any(name.startswith("LD_") for name in env or {})
+    copied = STARTER and not (plain or during or preloads) and command[0] == STARTED
     if n > 1:
-        command = [mpiexec, "-n", str(n)] + command
+        command = [mpiexec, "-n", str(n), *(rank() if copied else []), *command]
     fast = {} if plain else FAST if n > 1 else ALONE
     with launch.own_folder(ENVIRONMENT | dict(os.environ) | fast | (env or {})) as environment, \
             tempfile.TemporaryFile("w+", errors="replace") as out, tempfile.TemporaryFile("w+", errors="replace") as err:
-        preloads = any(name.startswith("LD_") for name in env or {})
-        if STARTER and n == 1 and not (plain or during or preloads) and command[0] == STARTED:
+        if copied and n == 1:
             first = Start(command, out, err, environment, cwd)
         else:
             first = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,

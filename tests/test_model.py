@@ -24,7 +24,8 @@ def holds(what, good, detail=""):
 
 
 def run(*options, n=1, status=0, program=None, scene=scene):
-    done = check.run([program or check.program, *scene, *options], n, timeout=300)  # a calibration waits for times that are not disturbed
+    # A calibration of one round is as good as the usual one of five, where no time is judged.
+    done = check.run([program or check.program, *scene, *options], n, timeout=300, env={"PEBBLE_ROUNDS": "1"} if EXTENT == "some" else None)
     check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
     return done.said
 

@@ -10,10 +10,11 @@
    core. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include <libgen.h>
+#include <stdlib.h>
 #include <unistd.h>
 #include "calibrate.h"
 
-#define ROUNDS 5   /* repetitions of all measurements */
+#define ROUNDS 5   /* repetitions of all measurements, unless the environment variable PEBBLE_ROUNDS says (for tests) */
 #define VARIES 1.2 /* slowest over fastest run from which a note is printed */
 static const PetscReal goal[LEVELS]  = {150, 1500, 2e4, 4e5}; /* particles */
 static const PetscInt  steps[LEVELS] = {600, 200, 60, 20}, repeats[LEVELS] = {10, 10, 5, 2};
@@ -140,6 +141,8 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
   Measured    all;
   PetscBool   ok;
   PetscMPIInt size, rank;
+  const char *wish   = getenv("PEBBLE_ROUNDS");
+  const int   rounds = wish ? atoi(wish) : ROUNDS;
   char        date[MPM_NAME_LEN] = "?";
 
   PetscFunctionBeginUser;
@@ -151,7 +154,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
                      scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMSetPhases(scene));
   PetscCall(PetscMemzero(&all, sizeof all));
-  for (int round = 0; round < ROUNDS; round++) {
+  for (int round = 0; round < rounds; round++) {
     PetscCall(Measure(scene, size, rank, &all));
     PetscCall(CheckSizes(scene, all.alone, &ok));
     if (ok) continue;
