@@ -146,11 +146,13 @@ static PetscErrorCode Refused(const char name[], PetscInt dim, const char text[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is this one word among a|b|c, of which the first n characters count? */
-static int Listed(const char word[], const char values[], size_t n)
+/* Is this one word among a|b|c? */
+static int Listed(const char word[], const char values[])
 {
-  for (const char *v = values; v < values + n; v += strcspn(v, "| ") + 1) {
-    const size_t len = strcspn(v, "| ");
+  const char *const end = values + strlen(values);
+
+  for (const char *v = values; v < end; v += strcspn(v, "|") + 1) {
+    const size_t len = strcspn(v, "|");
 
     if (len == strlen(word) && !strncmp(word, v, len)) return 1;
   }
@@ -184,8 +186,7 @@ static PetscErrorCode CheckDefault(const MPMVocabulary *table, const MPMOptionRo
       CHECK_EQ(v.i[d], read && (row->type == MPM_INT || row->type == MPM_INTS) ? (PetscInt)number : untouched.i[d]);
     }
     if (row->type == MPM_BOOL) CHECK_EQ(v.b, !strcmp(fallback, "true") ? PETSC_TRUE : PETSC_FALSE);
-    if (row->type == MPM_ENUM)
-      CHECK(!strcmp(v.text, Listed(fallback, row->allowed, strcspn(row->allowed, " ")) ? fallback : untouched.text));
+    if (row->type == MPM_ENUM) CHECK(!strcmp(v.text, Listed(fallback, row->allowed) ? fallback : untouched.text));
     if (row->type == MPM_TEXT) {
       const int value = fallback[0] && !required && !strchr(fallback, ' ') && !strchr(fallback, '<');
 
@@ -195,7 +196,7 @@ static PetscErrorCode CheckDefault(const MPMVocabulary *table, const MPMOptionRo
   }
   PetscCall(PetscFree(v.names));
   if (row->type == MPM_ENUM) /* a default of one word is a value */
-    CHECK(required || strchr(fallback, ' ') || Listed(fallback, row->allowed, strcspn(row->allowed, " ")));
+    CHECK(required || strchr(fallback, ' ') || Listed(fallback, row->allowed));
   if (is_number && (row->type == MPM_REAL || row->type == MPM_INT)) { /* a default could be given as well */
     PetscCall(Read(table, 1, row, fallback, &v));
     CHECK(MPMOptionsError(o) == NULL && (row->type == MPM_REAL ? v.x[0] : (PetscReal)v.i[0]) == number);
@@ -258,7 +259,7 @@ static PetscErrorCode CheckWords(const MPMVocabulary *table, const MPMOptionRow 
       CHECK(MPMOptionsError(o) == NULL && !strcmp(v.text, word) && v.set);
     }
     word[len - 1] = 0; /* a beginning is no value, unless it is another one */
-    if (len > 1 && !Listed(word, row->allowed, strlen(row->allowed))) {
+    if (len > 1 && !Listed(word, row->allowed)) {
       PetscCall(Read(table, 2, row, word, &v));
       CHECK(MPMOptionsError(o) && strstr(MPMOptionsError(o), ": choose"));
     }
@@ -505,7 +506,7 @@ static void Append(const char name[])
   (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "|" : "", name);
 }
 
-/* The row's values, those that are built, are the list; which is empty then. */
+/* The row's values are the list; which is empty then. */
 static PetscErrorCode CheckValues(const char name[])
 {
   const MPMOptionRow *row = Row(&MPMOptionTable, name);
@@ -513,8 +514,8 @@ static PetscErrorCode CheckValues(const char name[])
   PetscFunctionBeginUser;
   UnitContext("values of -%s", name);
   CHECK(row && row->type == MPM_ENUM);
-  if (row) CHECK(strlen(list) == strcspn(row->allowed, " ") && !strncmp(row->allowed, list, strlen(list)));
-  if (row && strncmp(row->allowed, list, strlen(list))) fprintf(stderr, "  %s, the table has %s\n", row->allowed, list);
+  if (row) CHECK(!strcmp(row->allowed, list));
+  if (row && strcmp(row->allowed, list)) fprintf(stderr, "  %s, the table has %s\n", row->allowed, list);
   list[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -51,13 +51,13 @@ typedef PetscBool MPMUnlikely(const MPMLook *, PetscInt k, MPMOdd *);
 #include "advice/plausible.def"
 #undef MPM_UNLIKELY
 
-/* Sets odd->option to -<group>_<name><word>, name NULL: -<group><word>, and odd->value to what was given. Returns whether it
-   was. MPMUnlikelyNumber also reads it as one number; other texts are none. */
+/* Sets odd->option to -<group>_<name><word>, name NULL: -<group><word>, and odd->value to what was given. Returns whether
+   it was. MPMUnlikelyNumber also reads it as one number; other texts are none. MPMUnlikelyOver sets the ratio to that number
+   of an option over a measure, which has to be above 0, and odd->other to the measure. Is -method_time static given? */
 PetscBool MPMUnlikelyGiven(const char group[], const char *name, const char word[], MPMOdd *);
 PetscBool MPMUnlikelyNumber(const char group[], const char *name, const char word[], MPMOdd *, PetscReal *number);
-PetscBool MPMUnlikelyOver(const char option[], PetscReal measure,
-                          MPMOdd *);   /* the number of an option over a measure above 0 */
-PetscBool MPMUnlikelyStatic(MPMOdd *); /* is -method_time static given? */
+PetscBool MPMUnlikelyOver(const char option[], PetscReal measure, MPMOdd *);
+PetscBool MPMUnlikelyStatic(MPMOdd *);
 
 /* Reads the velocity of body k at the start, if it is given by numbers. */
 PetscBool MPMUnlikelyVelocity(const MPMLook *, PetscInt k, MPMOdd *, PetscReal v[9]);
@@ -67,16 +67,17 @@ void MPMUnlikelyWrite(char text[MPM_WORDS], PetscReal);
 void MPMUnlikelyThousand(MPMOdd *);
 void MPMUnlikelyAppend(char text[MPM_WORDS], int digits, PetscReal);
 
-/* Return the type of the wall of a face; how many cells the particles of body k, or of all (k < 0), are from the face. Sets the
-   place x of number j among n on each axis of a box; returns false beyond the last. */
+/* Return the type of the wall of a face; how many cells the particles of body k, or of all (k < 0), are from the face. Sets
+   the place x of number j among n on each axis of a box; returns false beyond the last. */
 MPMWall   MPMUnlikelyWall(const MPMLook *, PetscInt face);
 PetscReal MPMUnlikelyBeside(const MPMLook *, PetscInt k, PetscInt face);
 PetscBool MPMUnlikelyPlace(PetscInt dim, const PetscReal lower[], const PetscReal upper[], PetscInt n, PetscInt j,
                            PetscReal x[3]);
 
-/* Return how many cells two boxes are apart along axis d, below 0 where they overlap, and along any; how far a wall or a rigid body has come at
-   the end along component c of a velocity, which without a formula is constant, to the side of toward (1 or -1), m, and at most. Is this the start of a run of its
-   own; does a source bring more of the matter of body k? */
+/* Return how many cells two boxes are apart along axis d, below 0 where they overlap, and along any; how far a wall or a
+   rigid body has come at the end along component c of a velocity, which without a formula is constant, to the side of
+   toward (1 or -1), m, and at most. Is this the start of a run of its own; does a source bring more of the matter of body
+   k? */
 PetscReal MPMUnlikelyApart(const MPMLook *, PetscInt d, const PetscReal lower_a[], const PetscReal upper_a[],
                            const PetscReal lower_b[], const PetscReal upper_b[]);
 PetscReal MPMUnlikelyGap(const MPMLook *, const PetscReal lower_a[], const PetscReal upper_a[],
