@@ -83,8 +83,9 @@ compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 # ---- Lanes: 8 with AVX-512, 4 with AVX2, 2 with what every processor has; the program picks at its start.
 width.8  := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma
 width.4  := -mavx2 -mfma
-# What tests compute themselves takes less time than compilers need to optimise it.
+# What most unit tests compute themselves takes less time than compilers need to optimise it.
 unit.flags := $(if $(DEBUG),,-O1)
+$(BUILD)/unit_transfer: unit.flags :=
 # The serial program is compiled like the rest.
 seed.flags := -O3 -ffp-contract=off
 # What the bare kernels of `make bench` get besides.
