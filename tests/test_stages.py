@@ -229,6 +229,9 @@ def statics():
     strain, kinetic = rows["strain_energy"][rows["stage"] == 1][-1], rows["kinetic_energy"].max()
     check.that(told.good and kinetic < 1e-4 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
     check.that("dt fell" not in told.out and "dt has fallen" not in told.out, "no warning that dt fell where steps of a load end")
+    check.write("round.opts", rest + "-geometry axisymmetric\n")
+    runs = [check.scene_in("round.opts", "round", way=way) for way in (1, 2)]
+    check.that(runs[0].good and digests(runs[0]) == digests(runs[1]), f"and in the updated frame bodies of revolution keep the volumes that they had in the total frame: {digests(runs[0])} {digests(runs[1])} {runs[0].err.strip()}")
     check.write("shaken.opts", rest + "-stage_rest_acceleration 5,0\n-stage_rest_dt_cfl 0.1\n")
     bare, told = check.scene_in("shaken.opts", "bare"), check.scene_in("shaken.opts", "energy", "-history_energy")
     rows = check.history("energy/shaken.csv")
