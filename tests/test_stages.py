@@ -192,6 +192,27 @@ def carried():
     check.that(told.status == 2 and len(told.lines) == 1 and "stage b: carried.opts:29: -method_basis gimp begins in this stage, and its domains, which stretch with elastic matter, have to do so from the start; give -method_basis gimp for all stages, or another basis here" in told.err and "digest" not in told.out, told.err.strip())
 
 
+def method():
+    """Basis, update and transfer that are given in a later stage only, or no more, another basis or wall: particles keep the volumes of the start, as by hand."""
+    ball = "-gravity 0,-9.81\n-dim 2\n-grid_lower 0,0\n-grid_upper 1,1\n-grid_h 0.05,0.05\n-materials m\n-material_m_model neohookean\n-material_m_rho 1000\n-material_m_E 1e5\n-material_m_nu 0.3\n-bodies a\n"
+    ball += "-body_a_material m\n-output_format none\n-history_every 0.004\n"
+    given, other = {"method_basis": "bspline2", "method_update": "usl", "method_transfer": "flip"}, {"method_basis": "bspline2", "bc_ymin_type": "free"}
+    disk, ring = "-body_a_shape sphere\n-body_a_radius 0.21\n-body_a_center ", "-body_a_shape box\n-body_a_lower 0,0\n-body_a_upper 0.3,0.4\n-body_a_offset 0,0.01\n-method_rim whole\n-geometry axisymmetric\n"
+    for plain, stages in ((disk + "0.5,0.22\n", ({}, given, {}, given)), (disk + "0.5,0.22\n", (given, {}, given)), (disk + "0,0.22\n-geometry axisymmetric\n", ({}, given, other)), (ring, ({}, given, other))):
+        names, own = "abcd"[:len(stages)], {"bc_ymin_type": "slip"}
+        first = "".join(f"-{option} {value}\n" for option, value in {**own, **stages[0]}.items())
+        later = "".join(f"-stage_{name}_{option} {({**own, **stage}).get(option, 'default')}\n" for name, stage in zip(names[1:], stages[1:]) for option in {**given, **other})
+        check.write("method.opts", ball + plain + first + f"-stages {','.join(names)}\n" + "".join(f"-stage_{name}_time 0.01\n" for name in names) + later)
+        check.folder("method2")
+        hand = []
+        for k, stage in enumerate(stages):
+            check.write("ball.opts", ball + plain + "".join(f"-{option} {value}\n" for option, value in {**own, **stage}.items()))
+            hand.append(check.scene_in("ball.opts", "method2", "-checkpoint_every", 1e30, "-time_end", 0.01 * (k + 1), *(["-restart_file", "latest"] if k else [])))
+        runs, dry = [check.scene_in("method.opts", "method", way=way) for way in (1, 3, "pool")], check.scene_in("method.opts", "method", "-dry_run")
+        check.that(all(one.good and digests(one) == [by.digest for by in hand] for one in runs) and dry.status == 0 and len(set(digests(runs[0]))) == len(names),
+                   f"{' '.join(plain.split()[-4:])}, stages with {stages}: as by hand, in three ways {runs[0].err.strip()}{dry.err.strip()}")
+
+
 def statics():
     """Statics to a motion, in two stages."""
     text = BASE.replace("-bodies soil,lid,gate", "-bodies soil,lid").replace("-bc_xmax_type moving\n-bc_xmax_velocity 0,0\n", "").replace("druckerprager", "neohookean")
@@ -208,6 +229,9 @@ def statics():
     strain, kinetic = rows["strain_energy"][rows["stage"] == 1][-1], rows["kinetic_energy"].max()
     check.that(told.good and kinetic < 1e-4 * strain, f"what statics leave at rest stays so in the updated frame: {kinetic:.1e} J of {strain:.1e} J")
     check.that("dt fell" not in told.out and "dt has fallen" not in told.out, "no warning that dt fell where steps of a load end")
+    check.write("round.opts", rest + "-geometry axisymmetric\n")
+    runs = [check.scene_in("round.opts", "round", way=way) for way in (1, 2)]
+    check.that(runs[0].good and digests(runs[0]) == digests(runs[1]), f"and in the updated frame bodies of revolution keep the volumes that they had in the total frame: {digests(runs[0])} {digests(runs[1])} {runs[0].err.strip()}")
     check.write("shaken.opts", rest + "-stage_rest_acceleration 5,0\n-stage_rest_dt_cfl 0.1\n")
     bare, told = check.scene_in("shaken.opts", "bare"), check.scene_in("shaken.opts", "energy", "-history_energy")
     rows = check.history("energy/shaken.csv")
@@ -239,6 +263,7 @@ same()
 goes_on()
 checked()
 carried()
+method()
 statics()
 weaker()
 check.end()

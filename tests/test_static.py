@@ -373,10 +373,16 @@ def check_start():
     x, u = moved("fails1")
     check.that(len(digests) == 1 and np.abs(u).max() > 0.5, f"with a load on its crest it moves by up to {np.abs(u).max():.2f} m; on 1 and 2 processes {digests}")
     for options, line, status in ((("-grid_h", "1.25,1.25"), "-grid_h is 0.625,0.625 in the checkpoint", 2), (("-method_basis", "gimp", "-method_gimp_update", "stretch"), "-method_gimp_update is", 2),
-                                  (("-method_preset", "solid", "-method_basis", "linear"), "in the total frame the state is on the nodes of the basis", 2),
-                                  (("-method_basis", "linear", "-method_update", "musl", "-method_transfer", "flip"), "its particles have other masses, volumes", 3)):
+                                  (("-method_preset", "solid", "-method_basis", "linear"), "in the total frame the state is on the nodes of the basis", 2)):
         told = run("refused", slope, *fails, *options, "-time_end", 2, *QUIET, status=status)
         check.that(line in told.said, f"{options}: {told.err.strip()[-160:]}")
+    told = run("taken", slope, *fails, "-method_basis", "linear", "-method_update", "musl", "-method_transfer", "flip", "-time_end", 2, "-time_max_steps", 12, *QUIET)
+    check.that(told.good, f"basis, update and transfer of a motion that follows statics: {told.err.strip()[-160:]}")
+    block = ["-grid_lower 0,0", "-grid_upper 2,2", "-grid_h 0.25,0.25", "-gravity 0,-1", "-bc_ymin_type fixed", *body("box", lower="0.5,0", upper="1.5,1")]
+    for given, status in (((), 3), (("-body_b_ppc", "2,2"), 0)):
+        run("block", block, *given, "-dt_size", 1, "-time_end", 1, "-checkpoint_every", 1)
+        told = run("block", block, *given, "-method_time", "explicit", "-method_preset", "accurate", "-dt_size", "auto", "-restart_file", "latest", "-time_end", 1.01, status=status)
+        check.that(told.good or "its particles have other masses, volumes" in told.said, f"then a preset with 3 x 3 particles a cell, {given}: {told.err.strip()[-160:]}")
 
 
 FOOTING = ["-grid_lower 0,0", "-grid_upper 6,3.5", "-bc_xmin_type slip", "-bc_xmax_type slip", "-bc_ymin_type fixed",

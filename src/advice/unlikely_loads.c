@@ -37,6 +37,21 @@ PetscBool MPMUnlikely_load_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return Load(look, k, odd, &size);
 }
 
+/* A load that stays with the first row of particles is to a fluid like a layer that is heavier than what is below: the
+   disturbance of a few cells grows by e in about the time h sqrt(rho/p). */
+PetscBool MPMUnlikely_load_sinks(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMLoad     *load = &look->scene->loads[k];
+  const MPMMaterial *m    = &look->scene->materials[look->scene->bodies[load->body].material];
+  PetscReal          size;
+
+  if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_FLUID) || !Load(look, k, odd, &size)) return PETSC_FALSE;
+  odd->ratio = (look->time->end - look->core->stages.began) * PetscSqrtReal(size / m->rho) /
+               MPMGridSmallestH(&look->core->grid);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  return PETSC_TRUE;
+}
+
 /* The strength of soil is that of a footing on it that fails, 50 (c + rho g H): more than of any angle below 40 degrees. */
 PetscBool MPMUnlikely_load_strong(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

@@ -104,6 +104,7 @@ void MPMCheckpointHeader(MPMCheckpoint *c, MPMVariables *v)
       {"stage_began", MPM_VARIABLE_REAL, 1, &c->began, MPM_KEPT},
       {"shapes", MPM_VARIABLE_INT64, 1, &c->shapes, MPM_KEPT},
       {"kinds", MPM_VARIABLE_INT64, 1, &c->kinds, MPM_KEPT},
+      {"start", MPM_VARIABLE_INT, MPM_START_NUMBERS, &c->start, MPM_KEPT},
       {"snapshots", MPM_VARIABLE_INT, 1, &c->snapshots, MPM_KEPT},
       {"history_length", MPM_VARIABLE_INT64, 1, &c->history_length, MPM_KEPT},
       {"history_sum", MPM_VARIABLE_INT64, 1, &c->history_sum, MPM_KEPT},
@@ -127,6 +128,7 @@ static void SetHeader(MPMCheckpoint *c)
   c->began          = c->core->stages.began;
   c->shapes         = c->scene->shapes;
   c->kinds          = MPMRestartKinds(c->scene);
+  c->start          = c->scene->start;
   c->snapshots      = c->output->count;
   c->history_length = c->monitor->length; /* of the first process, which writes */
   c->history_sum    = (PetscInt64)MPMMonitorSum(c->monitor, c->scene, c->monitor->length);

@@ -97,6 +97,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL));                /* it has been read (MPMRerun) */
   if (c->options && !MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o)); /* with those of the stage before */
+  if (c->options) c->scene->start = c->start;
   if (!set) PetscCall(MPMLeaveSetFromOptions(c, c->options ? PETSC_TRUE : PETSC_FALSE, o));
   if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -116,6 +117,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOpti
   if (MPMOptionsError(o) || c->other) PetscFunctionReturn(PETSC_SUCCESS);
   if (!MPMOptionsError(o)) PetscCall(MPMRestartCompare(c, o));
   if (!MPMOptionsError(o)) PetscCall(MPMLeaveSetFromOptions(c, PETSC_TRUE, o));
+  c->scene->start = c->start;
   if (c->shapes != c->scene->shapes)
     MPMOptionsFail(
         o,

@@ -29,6 +29,7 @@ typedef struct {
   PetscInt64 history_length, history_sum, total; /* bytes of the history, and their checksum; particles */
   PetscInt64 shapes;                             /* checksum of the files that shapes and particles were read from */
   PetscInt64 kinds;                              /* and of the particles' kinds and numbers (MPMRestartKinds) */
+  MPMStart   start;                              /* of the run that wrote it, or of the stages before */
   char       totals[MPM_TEXT_LEN];
 
   /* Of a restart: its intervals of history and snapshots, s; whether the history in the folder is that of the checkpoint;

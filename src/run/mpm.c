@@ -62,6 +62,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMStagesSetFromOptions(scene, o));
   PetscCall(MPMCheckpointSetFromOptions(&mpm->checkpoint, o));
+  PetscCall(MPMStartNote(&scene->start, core, &scene->walls));
   PetscCall(MPMRestartSetFromOptions(&mpm->checkpoint, mpm->time.end, o));
   if (mpm->checkpoint.other) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFinish(o));

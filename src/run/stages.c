@@ -13,6 +13,7 @@ typedef struct {
   PetscBool dry;                      /* -dry_run */
   PetscInt  nkeeps, *keeps; /* [stages][nkeeps]: of each, what `keeps` of its run is; nkeeps: materials and one */
   PetscBool read;           /* they are those of all stages */
+  MPMStart  start;          /* of the first stage */
   PetscBool stretched;      /* the stage that was read last has domains that stretch */
   MPMSaid   said;
   char      end[2 * MPM_NAME_LEN]; /* the option that ends the stage */
@@ -84,6 +85,15 @@ static PetscErrorCode Make(Stages *s, PetscInt k, MPM *mpm, MPMOptions *o)
   (*mpm)->core.print.end  = s->end;
   (*mpm)->core.stages     = (MPMStages){k, s->n, s->began, end};
   (*mpm)->keeps           = s->read ? s->keeps + (k - 1) * s->nkeeps : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets stage k > 1 know what it would know of the one before from a checkpoint. */
+static PetscErrorCode Follow(const Stages *s, PetscInt k, MPM mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
+  mpm->checkpoint.start = s->start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,8 +186,9 @@ static PetscErrorCode ReadAll(Stages *s, PetscBool *good)
     PetscCall(MPMOptionsOverlay("-restart_file", NULL));
     PetscCall(MPMOptionsOverlay("-model_file", NULL));
     PetscCall(Make(s, k, &mpm, &o));
-    if (k > 1) PetscCall(MPMStagesOptions(s->text, k - 1, &mpm->checkpoint.options));
+    if (k > 1) PetscCall(Follow(s, k, mpm));
     PetscCall(MPMReadOptions(mpm, o));
+    if (k == 1) s->start = mpm->scene.start;
     if (!MPMOptionsError(o)) PetscCall(NoteNeeds(s, k, mpm, o));
     *good = !MPMOptionsError(o);
     if (!*good) PetscCall(Blame(s, k, o));
@@ -244,7 +255,7 @@ static PetscErrorCode Look(Stages *s, PetscInt stage)
   s->said.about = about;
   PetscCall(SetOptions(s, stage));
   PetscCall(Make(s, stage, &mpm, &o));
-  PetscCall(MPMStagesOptions(s->text, stage - 1, &mpm->checkpoint.options));
+  PetscCall(Follow(s, stage, mpm));
   PetscCall(MPMSetFromOptions(mpm, o));
   if (!MPMOptionsError(o)) {
     PetscCall(MPMNotes(&mpm->core, &mpm->scene, &mpm->monitor, &mpm->output, &mpm->report));

@@ -109,8 +109,9 @@ static PetscReal ColumnRadius(const MPMBody *b, PetscInt k)
    reaches the axis. In a uniform stress s the forces of the particles on node i, of the sum of V s (phi' + phi/r), have
    to cancel; but the particles are few, and near the axis this sum over them is not the integral, which is 0. Of all
    shares with which it is 0 at the first nodes these are the nearest to 1 (in the mean of squares). */
-static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscReal share[])
+static void AxisShares(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt n, PetscReal share[])
 {
+  const MPMBasis  basis           = (MPMBasis)scene->start.basis;
   const PetscReal h               = core->grid.h[0];
   const PetscInt  all             = (PetscInt)((NEAR_AXIS + 2 * NODES) * h / b->b[0]);
   MPMGrid         grid            = core->grid;
@@ -124,10 +125,10 @@ static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscR
       const PetscReal r = ColumnRadius(b, k), l = PetscMin(0.5 / (PetscReal)b->ppc[0], r / h);
       const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0], !k);
       PetscReal       xi, push[NODES] = {0};
-      const PetscInt  base = MPMCoordinate(core->basis, &grid, 0, r, l, &xi);
+      const PetscInt  base = MPMCoordinate(basis, &grid, 0, r, l, &xi);
 
-      MPMBasisWeights(core->basis, xi, l, base, grid.cells[0], grid.wall_basis[0], w, g);
-      for (PetscInt i = 0; i < MPMBasisNodes(core->basis); i++)
+      MPMBasisWeights(basis, xi, l, base, grid.cells[0], grid.wall_basis[0], w, g);
+      for (PetscInt i = 0; i < MPMBasisNodes(basis); i++)
         if (base + i >= 1 && base + i <= NODES)
           push[base + i - 1] = volume / (b->b[0] * b->b[1]) * (g[i] / h + w[i] / r);
       if (pass && k < n)
@@ -158,8 +159,8 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
   PetscCall(PetscMalloc1(near, &shares));
   for (PetscInt k = 0; k < near; k++) shares[k] = 1;
   /* in the updated frame one column too many counts, as it always has: the sums then vanish to 3e-4 */
-  while (core->grid.total && near > 0 && !AtAxis(core, b, ColumnRadius(b, near - 1))) near--;
-  if (AtAxis(core, b, ColumnRadius(b, 0)) && ColumnRadius(b, 0) < b->b[0]) AxisShares(core, b, near, shares);
+  while (scene->start.total && near > 0 && !AtAxis(core, b, ColumnRadius(b, near - 1))) near--;
+  if (AtAxis(core, b, ColumnRadius(b, 0)) && ColumnRadius(b, 0) < b->b[0]) AxisShares(scene, core, b, near, shares);
   for (PetscInt k = 0; k < b->ncolumns; k++) {
     const PetscReal r   = ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0];
     MPMKind         own = {b->material, 0, 0, {0}, b->copy};
@@ -173,9 +174,9 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
       const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r);
       const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0;
       const PetscReal along = y && any && shaped && !b->source.on
-                                  ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1))
+                                  ? Share((MPMWall)scene->start.wall[1 + y], First(&core->grid, b, 1, y - 1))
                                   : 1;
-      PetscReal       share = x && !axis && any && shaped ? Share(scene->walls.given[0][x - 1].type, in) : 1;
+      PetscReal       share = x && !axis && any && shaped ? Share((MPMWall)scene->start.wall[x - 1], in) : 1;
 
       if (axis) {
         kind.V0 = shares[k] * Ring(b, r, !k);
@@ -214,7 +215,7 @@ PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBod
         continue;
       }
 
-      if (Share(scene->walls.given[d][side].type, in) == 1) continue;
+      if (Share((MPMWall)scene->start.wall[2 * d + side], in) == 1) continue;
       for (PetscInt e = 0; e < dim; e++) y[e] = X[e];
       y[d] = X[d] + (side ? 1 : -1) * (1 - ON_WALL) * in * b->b[d];
       if (MPMRegionInside(&b->region, dim, y)) digit = 1 + side; /* the body reaches the wall */

@@ -42,15 +42,16 @@ struct _MPMCutMemo {
 
 PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
 {
-  char      rim[MPM_NAME_LEN];
-  PetscBool given;
-
   PetscFunctionBeginUser;
-  if (!scene->nfilled) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMOptionsMethodGiven(&given, NULL));
-  (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
-  PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));
-  if (MPMOptionsError(o) || strcmp(rim, "cut")) PetscFunctionReturn(PETSC_SUCCESS);
+  if (scene->nfilled) PetscCall(MPMOptionsEnum(o, "method_rim", NULL, scene->rim, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMCutSetUp(MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  if (!scene->nfilled || strcmp(scene->rim[0] ? scene->rim : scene->start.plain ? "whole" : "cut", "cut"))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(1, &scene->memo));
   for (PetscInt k = 0; k < scene->nfilled; k++) scene->bodies[k].memo = scene->memo;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,9 +5,10 @@
 
 #include "scene/scene.h"
 
-/* Reads whether bodies are cut; those of revolution are so in the updated frame only if it is asked for. The first
-   fault is left in o. Not collective. */
+/* Reads whether bodies are to be cut; the first fault is left in o. The second function lets them be cut, or not, once
+   scene->start is known. Not collective. */
 PetscErrorCode MPMCutSetFromOptions(MPMScene *, MPMOptions);
+PetscErrorCode MPMCutSetUp(MPMScene *);
 
 /* Returns how many parts of MPMCutParts(dim) to a place the particle with lattice place `place` [dim], m, has, and sets
    X [dim], m, to their centroid. With -method_rim whole that is all of its place. Not collective. */

@@ -211,10 +211,10 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   const PetscInt dim     = core->grid.dim;
   PetscReal      places  = 0;
   size_t         columns = 0; /* of bodies of revolution */
-  PetscBool      given;
   PetscMPIInt    size;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMCutSetUp(scene));
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   CheckMemory(o, "nodes of the grid", MPMGridNodes(&core->grid, core->basis),
               (PetscReal)MPMNodeNumbers(dim, 1) * sizeof(PetscReal), size);
@@ -238,12 +238,12 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
     columns += (size_t)(w.last[0] - w.first[0] + 1);
   }
   PetscCall(MPMKindsRoom(scene, scene->nbodies + MPM_AT_WALLS_COLUMN * (PetscInt)columns));
-  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) MPMFitRefuse(o, &core->grid, b);
-    if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given && !b->memo));
+    if (core->grid.round && !MPMOptionsError(o))
+      PetscCall(MPMAtWallsColumns(scene, core, b, !scene->start.plain && !b->memo));
     if (!core->grid.round) FindKind(scene, o, dim, b);
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,

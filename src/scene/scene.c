@@ -251,9 +251,6 @@ static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
   }
   PetscCall(PetscFree(was));
   scene->nshapes = all - scene->nbodies;
-  for (PetscInt k = 0; k < all && !scene->nbodies; k++)
-    if (scene->bodies[k].rigid != MPM_RIGID_NONE)
-      MPMOptionsFail(o, "-bodies: all are rigid or of material none; a scene needs particles");
   if (!scene->nbodies) MPMOptionsFail(o, "-bodies: all are of material none; a scene needs particles");
   PetscCall(MPMSceneReadOthers(scene, o));
   for (PetscInt k = 0; k < all; k++) {
@@ -284,6 +281,37 @@ static PetscErrorCode DefaultName(char name[MPM_NAME_LEN])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses bodies that are all rigid, or shapes for others: before their materials are read, since such a scene has none. */
+static PetscErrorCode RefuseRigids(MPMOptions o)
+{
+  char list[MPM_TEXT_LEN] = "", name[MPM_NAME_LEN] = "", *save = NULL;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-bodies", list, sizeof list, NULL));
+  for (char *word = strtok_r(list, ", ", &save); word; word = strtok_r(NULL, ", ", &save)) {
+    char      option[2 * MPM_NAME_LEN], rigid[MPM_NAME_LEN] = "", material[MPM_NAME_LEN] = "";
+    PetscBool moves, fixed;
+
+    (void)snprintf(option, sizeof option, "-body_%.100s_material", word);
+    PetscCall(PetscOptionsGetString(NULL, NULL, option, material, sizeof material, NULL));
+    (void)snprintf(option, sizeof option, "-body_%.100s_rigid", word);
+    PetscCall(PetscOptionsGetString(NULL, NULL, option, rigid, sizeof rigid, NULL));
+    moves = !strcasecmp(rigid, "moving") || !strcasecmp(rigid, "free") ? PETSC_TRUE : PETSC_FALSE;
+    fixed = !strcasecmp(rigid, "fixed") ? PETSC_TRUE : PETSC_FALSE;
+    if (!moves && !fixed && strcasecmp(material, "none")) PetscFunctionReturn(PETSC_SUCCESS);
+    if (fixed || (moves && !name[0])) /* rather the floor than what falls on it */
+      (void)snprintf(name, sizeof name, "%.*s", MPM_NAME_LEN - 1, word);
+  }
+  if (name[0])
+    MPMOptionsFail(
+        o,
+        "-bodies: all are rigid or of material none, and rigid bodies alone are not computed: they meet matter "
+        "and walls, not each other; let %s deform, of a stiff material if it is to be hard: -body_%s_material "
+        "in place of -body_%s_rigid",
+        name, name, name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the dimension and the declared names first, since the legal names of options depend on them. */
 static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
@@ -291,6 +319,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsInt(o, "dim", NULL, &core->grid.dim, NULL));
+  PetscCall(RefuseRigids(o));
   PetscCall(MPMOptionsNames(o, "materials", &scene->nmaterials, &materials));
   PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
   PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));

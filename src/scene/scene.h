@@ -9,6 +9,7 @@
 #include "known/reference.h"
 #include "physics/region.h"
 #include "physics/wall.h"
+#include "scene/begin.h"
 
 /* The file of a body's particles; see points.c. */
 typedef struct _MPMPoints MPMPoints;
@@ -96,8 +97,10 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
-  MPMCutMemo   *memo;                      /* of all bodies (cut.c) */
-  PetscInt      ncut;                      /* bodies that cut places of their particles (cut.h) */
+  MPMStart      start;
+  char          rim[MPM_NAME_LEN]; /* -method_rim, or "" */
+  MPMCutMemo   *memo;              /* of all bodies (cut.c) */
+  PetscInt      ncut;              /* bodies that cut places of their particles (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
