@@ -26,7 +26,8 @@ def block(dim, cells, side, ppc, velocity, basis="bspline2", update="usl", steps
             "-body_b_upper", every((first + side) / cells), "-body_b_ppc", every(ppc), "-body_b_material", "m",
             "-body_b_velocity", every(velocity), "-method_basis", basis, "-method_update", update,
             "-method_transfer", "flip", "-dt_size", 0.1 / cells / 37, "-time_end", 1e9, "-time_max_steps", steps,
-            "-output_format", "none", "-report_indicator", "false", "-history_every", 1e9, "-output_dir", ".", "-output_name", "run"]
+            "-output_format", "none", "-report_indicator", "false", "-report_limits", "false",  # which take memory
+            "-history_every", 1e9, "-output_dir", ".", "-output_name", "run"]
 
 
 def largest(arguments):
