@@ -97,10 +97,10 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
-  MPMStart      start;
-  char          rim[MPM_NAME_LEN]; /* -method_rim, or "" */
-  MPMCutMemo   *memo;              /* of all bodies (cut.c) */
-  PetscInt      ncut;              /* bodies that cut places of their particles (cut.h) */
+  MPMStart      start;                     /* begin.h */
+  char          rim[MPM_NAME_LEN];         /* -method_rim, or "" */
+  MPMCutMemo   *memo;                      /* of all bodies (cut.c) */
+  PetscInt      ncut;                      /* bodies that cut places of their particles (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
