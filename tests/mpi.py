@@ -127,13 +127,13 @@ def new_starter(*socket):
 
 
 def rank():
-    """The words of a command that asks the starter of ranks for a copy of the program."""
+    """The words before a command that ask the starter of ranks for a copy of the program; none if it cannot make one."""
     name = f"pebble-{os.getpid()}"
     with starting:
         if not rank_starters:
             rank_starters.append(new_starter(name))
-            rank_starters[0].stdout.readline()  # from now on it listens
-    return [RANK, name]
+            rank_starters[0].listens = rank_starters[0].stdout.readline()
+    return [RANK, name] if rank_starters[0].listens else []
 
 
 class Start:
@@ -177,7 +177,7 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
     preloads = any(name.startswith("LD_") for name in env or {})
     copied = STARTER and not (plain or during or preloads) and command[0] == STARTED
     if n > 1:
-        command = [mpiexec, "-n", str(n), *(rank() if copied else []), *command]
+        command = [mpiexec, "-n", str(n), *(rank() if copied and RANK else []), *command]
     fast = {} if plain else FAST if n > 1 else ALONE
     with launch.own_folder(ENVIRONMENT | dict(os.environ) | fast | (env or {})) as environment, \
             tempfile.TemporaryFile("w+", errors="replace") as out, tempfile.TemporaryFile("w+", errors="replace") as err:

@@ -16,14 +16,15 @@ extern char **environ;
 int main(int argc, char **argv)
 {
   struct sockaddr_un at   = {.sun_family = AF_UNIX};
-  char               *text = NULL, folder[4096];
-  size_t              size = 0;
-  int                 status;
-  FILE               *request = open_memstream(&text, &size), *answer;
-  const int           starter = socket(AF_UNIX, SOCK_STREAM, 0);
+  char              *text = NULL, folder[4096];
+  size_t             size = 0;
+  int                status;
+  FILE              *request = open_memstream(&text, &size), *answer;
+  const int          starter = socket(AF_UNIX, SOCK_STREAM, 0);
 
   if (argc < 3 || !request || starter < 0 || !getcwd(folder, sizeof(folder))) return 126;
-  fprintf(request, "%s%c/proc/%d/fd/1%c/proc/%d/fd/2%c%d%c", folder, 0, (int)getpid(), 0, (int)getpid(), 0, argc - 2, 0);
+  fprintf(request, "%s%c/proc/%d/fd/1%c/proc/%d/fd/2%c%d%c", folder, 0, (int)getpid(), 0, (int)getpid(), 0, argc - 2,
+          0);
   for (int i = 2; i < argc; i++) fprintf(request, "%s%c", argv[i], 0);
   for (char **name = environ; *name; name++) fprintf(request, "%s%c", *name, 0);
   fclose(request);

@@ -12,7 +12,8 @@
    usage: starter [SOCKET]
 
    With a name of a socket (an abstract one) each connection is such a request and gets its answers; they come from
-   rank.c, which mpiexec has started. Then MPI is not begun, and a copy is killed when its connection closes. */
+   rank.c, which mpiexec has started. Then MPI is not begun, and a copy is killed when its connection closes. Once it
+   listens it says so in a line, or ends where ranks find each other by an open file, which a copy has not (MPICH). */
 int MPMMain(int argc, char **argv);
 #define main MPMMain
 #include "run/main.c"
@@ -104,6 +105,7 @@ static int Answer(bool rank)
   return 0;
 }
 
+#ifdef OMPI_MAJOR_VERSION
 /* Answers the requests that come through a socket, each by a process, until the input ends. */
 static int Listen(const char *name)
 {
@@ -127,13 +129,16 @@ static int Listen(const char *name)
   while (waitpid(-1, NULL, WNOHANG) > 0) continue;
   return 0;
 }
+#endif
 
 int main(int argc, char **argv)
 {
-  if (argc > 1) return Listen(argv[1]);
 #ifdef OMPI_MAJOR_VERSION
   int provided;
+  if (argc > 1) return Listen(argv[1]);
   if (MPI_Init_thread(NULL, NULL, PETSC_MPI_THREAD_REQUIRED, &provided)) return 1;
+#else
+  if (argc > 1) return 1;
 #endif
   return Answer(false);
 }

@@ -21,7 +21,7 @@ QUIET = "-output_format none -report_indicator false".split()
 def run(name, lines, *more, n=1):
     """Runs a scene of these lines with a line of the history for each step; returns it, and the run."""
     path = check.write(name + ".opts", lines)
-    done = check.must("-options_file", path, *QUIET, "-history_every", 0, "-output_name", name, *more, n=n)
+    done = check.must("-options_file", path, *QUIET, "-history_every", 0, "-output_name", name, *more, n=n, timeout=600)
     return check.history(f"output/{name}.csv"), done
 
 
@@ -158,8 +158,8 @@ def check_beds():
 
 def check_pistons():
     pull = ["-dim 2", "-grid_lower 0,0", "-grid_upper 2,0.5", "-grid_h 0.0625,0.0625", "-bc_xmin_type fixed", "-bc_xmax_type piston", "-bc_xmax_distance 1",
-            '-bc_xmax_velocity "t < 5 ? 0.1*(1-cos(2*pi*t/5)) : 0"', *material(rho=1000, E=1e5), "-bodies b", "-body_b_shape box", "-body_b_lower 0,0.125", "-body_b_upper 1,0.375",
-            "-body_b_material m", "-damping_time 0.2", "-time_end 6.5", "-history_walls xmin,xmax", "-history_bodies b", "-history_body_quantities upper"]
+            '-bc_xmax_velocity "t < 3 ? 1/6*(1-cos(2*pi*t/3)) : 0"', *material(rho=1000, E=1e5), "-bodies b", "-body_b_shape box", "-body_b_lower 0,0.125", "-body_b_upper 1,0.375",
+            "-body_b_material m", "-damping_time 0.2", "-time_end 4.5", "-history_walls xmin,xmax", "-history_bodies b", "-history_body_quantities upper"]
     want = 1e5 / 2 * (1.5 - 1 / 1.5) * 0.25
     for method, most in share((("", 0.005), ("-method_preset fast", 0.02), ("-method_preset accurate", 0.005), ("-method_basis bspline2", 0.02), ("-method_basis gimp -method_transfer flip", 0.005),
                          ("-method_basis gimp -method_gimp_update stretch -method_transfer aflip -method_affine_strain 0.5", 0.005), ("-grid_h 0.05,0.05", 0.005))):
@@ -321,7 +321,7 @@ else:
     check_equal(True)
     for speed, most in ((10.0, 0.10), (1.0, 0.25)):
         coarse = [hertz(10, speed, gap) for gap in (0.05, 0.3, 0.42)]
-        fine = [hertz(20, speed, gap) for gap in (0.05, 0.3)]
+        fine = [hertz(20, speed, gap) for gap in ((0.05, 0.3) if speed > 1 else (0.3,))]
         check.that(all(abs(v - 1) < most for pair in fine for v in pair), f"{speed} m/s: contact times and peaks with 20 cells are {fine}")
         worst = [max(abs(v - 1) for pair in found for v in pair) for found in (coarse, fine)]
         check.that(worst[1] < worst[0] or worst[1] < 0.1, f"{speed} m/s: the largest error is {worst[0]:.3f} with 10 cells, {worst[1]:.3f} with 20")

@@ -141,8 +141,8 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
   Measured    all;
   PetscBool   ok;
   PetscMPIInt size, rank;
-  const char *wish   = getenv("PEBBLE_ROUNDS");
-  const int   rounds = wish ? atoi(wish) : ROUNDS;
+  const char *wish               = getenv("PEBBLE_ROUNDS");
+  const int   rounds             = wish ? atoi(wish) : ROUNDS;
   char        date[MPM_NAME_LEN] = "?";
 
   PetscFunctionBeginUser;
