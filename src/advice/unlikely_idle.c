@@ -2,6 +2,19 @@
 #include <strings.h>
 #include "advice/unlikely.h"
 
+/* Finds the value that an option had before this stage, in a text of options; "true" for none; "": it was not given. */
+static void Before(const MPMLook *look, const char text[], const char option[], char before[MPM_TEXT_LEN])
+{
+  before[0] = 0;
+  for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
+    char other[4 * MPM_NAME_LEN];
+
+    (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : look->scene->stages[s],
+                   s < 0 ? "" : "_", option);
+    if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, MPM_TEXT_LEN, "true");
+  }
+}
+
 /* Finds an option of this stage whose value is that of before; those of time_* hold for their stage alone. */
 PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -11,19 +24,13 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
 
   if (k || look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
-    char before[MPM_TEXT_LEN] = "";
+    char before[MPM_TEXT_LEN];
 
     (void)snprintf(own, sizeof own, "%s", value);
     if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) != look->core->stages.now - 1 ||
         !strncasecmp(option, "time", 4) || !strcasecmp(option, "remove"))
       continue;
-    for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
-      char other[4 * MPM_NAME_LEN];
-
-      (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : scene->stages[s],
-                     s < 0 ? "" : "_", option);
-      if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, sizeof before, "true");
-    }
+    Before(look, text, option, before);
     if (!own[0]) (void)snprintf(own, sizeof own, "true");
     if (strcasecmp(before[0] ? before : "false", own)) continue;
     odd->ratio = 1;
@@ -32,6 +39,22 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   (void)PetscFree(text);
   return odd->ratio > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A stage that ends the gravity of the one before. */
+PetscBool MPMUnlikely_stage_weightless(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const PetscInt now  = look->core->stages.now - 1;
+  char          *text = NULL, before[MPM_TEXT_LEN];
+
+  if (k || now < 1 || look->g > 0 || look->scene->acceleration ||
+      !MPMUnlikelyGiven("stage", look->scene->stages[now], "_gravity", odd) || MPMOptionsText(&text))
+    return PETSC_FALSE;
+  Before(look, text, "gravity", before);
+  (void)PetscFree(text);
+  odd->ratio = strpbrk(before, "123456789") ? 1 : 0;
+  (void)snprintf(odd->other, MPM_WORDS, "by -gravity %.60s", before);
+  return PETSC_TRUE;
 }
 
 /* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
