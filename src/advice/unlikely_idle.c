@@ -166,6 +166,16 @@ static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const 
   return PETSC_FALSE;
 }
 
+/* Writes how damping is left out, of a stage in it alone. */
+static void Remedy(const MPMLook *look, const char option[], char words[MPM_WORDS])
+{
+  if (look->core->stages.n)
+    (void)snprintf(words, MPM_WORDS, "write -stage_%.60s_%s default", look->scene->stages[look->core->stages.now - 1],
+                   option);
+  else
+    (void)snprintf(words, MPM_WORDS, "leave it out");
+}
+
 /* Damping of what has room to flow beside it: of a fluid, or of sand in a stage in which a rigid body, which held sand or a fluid, is taken away. */
 PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
@@ -203,10 +213,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PetscInt k, MPMOdd *odd)
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
   }
-  (void)snprintf(odd->meant, MPM_WORDS, "leave it out");
-  if (look->core->stages.n)
-    (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1],
-                   option);
+  Remedy(look, option, odd->meant);
   return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
 }
 
@@ -263,29 +270,44 @@ PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-/* -damping_kinetic, which stops all at each peak of the energy, beside a body force that swings. */
+/* Damping beside a body force that swings: one that stops all at each peak of the energy, or one that takes v/T, with T less than
+   half of the period. */
 PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
-  const PetscInt   dim      = look->core->grid.dim;
-  const MPMFormula f        = MPMUnlikelyFormula(look, look->scene->nloads + 6);
-  PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, x[3];
+  enum { TIMES = 1000 };
+  const PetscInt   dim = look->core->grid.dim, shakes = look->scene->nloads + 6;
+  const MPMFormula f     = MPMUnlikelyFormula(look, shakes);
+  const PetscReal  began = look->core->stages.began, length = look->time->end - began, T = look->core->damping.time;
+  PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, was[3] = {0, 0, 0}, x[3] = {0};
+  PetscInt         all[3] = {0, 0, 0}, turns = 0;
+  const char      *option = look->core->damping.kinetic ? "damping_kinetic" : "damping_time";
 
-  if (k || !look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
-    return PETSC_FALSE;
+  if (k || !MPMDampingIsOn(look->core) || !f.value || !MPMUnlikelyChanges(look, shakes)) return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
-  for (PetscInt j = 0; j < 200; j++) {
+  for (PetscInt j = 0; j < TIMES; j++) {
     PetscReal a[9] = {0};
 
-    if (MPMExpressionEvaluate(f.value, dim, x, x,
-                              look->core->stages.began + (look->time->end - look->core->stages.began) * (j + 0.5) / 200,
-                              a))
-      return PETSC_FALSE;
+    if (MPMExpressionEvaluate(f.value, dim, x, x, began + length * (j + 0.5) / TIMES, a)) return PETSC_FALSE;
     for (PetscInt d = 0; d < dim; d++) {
       least[d] = PetscMin(least[d], a[d]);
       most[d]  = PetscMax(most[d], a[d]);
+      all[d] += a[d] * was[d] < 0;
+      was[d] = a[d] != 0 ? a[d] : was[d];
     }
   }
-  for (PetscInt d = 0; d < dim; d++) odd->ratio = PetscMax(odd->ratio, PetscMin(most[d], -least[d]));
+  for (PetscInt d = 0; d < dim; d++) {
+    if (!(PetscMin(most[d], -least[d]) > odd->ratio)) continue;
+    odd->ratio = PetscMin(most[d], -least[d]);
+    turns      = all[d];
+  }
   (void)snprintf(odd->other, MPM_WORDS, "-acceleration");
-  return MPMUnlikelyGiven("damping_kinetic", NULL, "", odd);
+  (void)snprintf(odd->meant, MPM_WORDS, "stops all motion whenever its energy peaks");
+  if (!look->core->damping.kinetic) {
+    if (turns < 2 || T > length / turns) return PETSC_FALSE;
+    (void)snprintf(odd->meant, MPM_WORDS, "%.3g s takes most of the motion within half a period, %.2g s", (double)T,
+                   (double)(length / turns));
+  }
+  if (!MPMUnlikelyGiven(option, NULL, "", odd)) return PETSC_FALSE;
+  Remedy(look, option, odd->value);
+  return PETSC_TRUE;
 }
