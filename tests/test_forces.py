@@ -174,7 +174,7 @@ def check_volume_loads():
     same("pushed", block("0.3,0.3,0.3", "0.7,0.7,0.7", "1,1,1", "10,10,10", steps=20, velocity="0.3,0.2,0.1") + volume_load("force", "5,t,0"))
     for kind, value, what in (("force", "0*t,0", "(0, 0) N"), ("torque", "0", "0 N m")):
         told = check.must("-options_file", check.write("nothing.opts", block(steps=1) + volume_load(kind, value)), "-output_dir", ".")
-        check.that(f"{kind} on 64 particles of b, in all {what} at t=0 s" in told.out and "load l is 0 at the start and after each tenth of -time_end; see -load_l_value" in told.out, f"a {kind} of 0 is told of")
+        check.that(f"{kind} on 64 particles of b, in all {what} at t=0 s" in told.out and "load l is 0 at the start and after each hundredth of -time_end; see -load_l_value" in told.out, f"a {kind} of 0 is told of")
     for kind, value, what in (("force", "3*t,0-40*t", "(0.3, -4) N at t=0.1 s\n"), ("torque", "0-5", "-5 N m at t=0 s\n")):
         told = check.must("-options_file", check.write("signed.opts", block(steps=1) + volume_load(kind, value)), "-output_dir", ".", "-dry_run", "-time_end", "0.1")
         check.that(f"in all {what}" in told.out, f"the sign and direction of a {kind} are told")

@@ -98,7 +98,7 @@ check.that("-body_b_shape" not in run.out and "-load_l_value" not in run.out, "n
 box("a piston in a body", 0, "warning    16 particles start behind a piston, which moves them along", *FEW, "-bc_xmin_type", "piston", "-bc_xmin_velocity", "0", "-bc_xmin_distance", "0.375")
 load = [*FEW, "-loads", "l", "-load_l_body", "b", "-load_l_type", "traction", "-load_l_face", "ymax"]
 box("a probe in the air", 0, "note       probe p: no matter was within a cell of it at any line of the history, so that its columns are nan all the time; check -probe_p_at", *QUIET, "-probes", "p", "-probe_p_at", "0.1,0.95", "-time_end", "0.01")
-box("a load that is 0", 0, "warning    load l is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_l_value", *load, "-load_l_value", "0,-(X > 5)")
+box("a load that is 0", 0, "warning    load l is 0 on all of these particles, at the start and after each hundredth of -time_end; see -load_l_value", *load, "-load_l_value", "0,-(X > 5)")
 box("a load's largest force", 0, r"load       l: traction on 8 particles of b, area along each axis \(0, 0.5\) m\^1, in all \(0, -1.5\) N at t=1 s", *load, "-load_l_value", "0,-3*t", "-time_end", "1")
 fluid = re.sub(r"-material_m_(E|nu) .*\n", "", BOX).replace("neohookean", "fluid") + "-material_m_K 1e3\n-material_m_viscosity 1e3\n"
 box("a step too long for viscosity", 0, r"warning    dt is above the bound of viscosity, h\^2/\(2 dim nu\) = \S+ s: expect the run to blow up", *FEW, "-dt_size", "0.01", text=fluid)

@@ -199,6 +199,14 @@ static PetscErrorCode PrintPlaces(const MPMCore *core, const MPMScene *scene, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the k-th time at which a load is looked at: after each tenth of the run and, where it is 0 there, each hundredth. */
+#define TENTHS     10
+#define HUNDREDTHS 110
+static PetscReal TriedAt(PetscReal end, PetscInt k)
+{
+  return k <= TENTHS ? end * k / TENTHS : end * (k - TENTHS) / 100;
+}
+
 /* Prints what a load on a volume acts on, and how large it is when it is largest. */
 static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene, PetscReal end, PetscInt l,
                                       const MPMView *view)
@@ -208,8 +216,8 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
   PetscReal       most = 0, at = 0, largest[3] = {0};
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k <= 10; k++) {
-    const PetscReal t        = end * k / 10;
+  for (PetscInt k = 0; k <= TENTHS || (k < HUNDREDTHS && !(most > 0)); k++) {
+    const PetscReal t        = TriedAt(end, k);
     PetscReal       value[3] = {0}, size = 0;
 
     PetscCall(MPMExpressionEvaluate(load->value, core->grid.dim, nowhere, NULL, t, value));
@@ -224,8 +232,9 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
   PetscCall(PrintPlaces(core, scene, l, view));
   PetscCall(PrintInAll(core, load->nc, largest, PetscSqrtReal(most), load->type == MPM_LOAD_FORCE ? "N" : "N m", at));
   if (!(most > 0) && end > 0 && !IsOfStage(scene, load))
-    PetscCall(MPMWarn(&core->print, "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value",
-                      load->name, load->name));
+    PetscCall(MPMWarn(&core->print,
+                      "load %s is 0 at the start and after each hundredth of -time_end; see -load_%s_value", load->name,
+                      load->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -325,8 +334,8 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
       PetscCall(MPMPrint(&core->print, "%s%g", d ? ", " : "", (double)area[d]));
     }
     PetscCall(MPMPrint(&core->print, ") m^%" PetscInt_FMT, body->round ? 2 : dim - 1));
-    for (PetscInt k = 0; k <= 10; k++) {
-      const PetscReal t       = end * k / 10;
+    for (PetscInt k = 0; k <= TENTHS || (k < HUNDREDTHS && !(most > 0)); k++) {
+      const PetscReal t       = TriedAt(end, k);
       PetscReal       from[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL},
                 to[3]         = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
       MPMSum sum[4];
@@ -353,7 +362,7 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
     else if (!(most > 0) && end > 0 && !IsOfStage(scene, load))
       PetscCall(MPMWarn(
           &core->print,
-          "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",
+          "load %s is 0 on all of these particles, at the start and after each hundredth of -time_end; see -load_%s_value",
           load->name, load->name));
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));

@@ -237,15 +237,58 @@ PetscBool MPMUnlikely_k0_gap(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+/* Is there a place under body k, and nothing between it and the open face below, through which it falls in the time of the run? */
+static PetscBool OpenBelow(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  enum { ACROSS = 24, DOWN = 96 };
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+  const PetscInt  down = look->down, up = look->core->params.gravity[down] > 0, face = 2 * down + up;
+  const PetscReal edge = up ? grid->upper[down] : grid->lower[down],
+                  top  = up ? look->lower[k][down] : look->upper[k][down];
+  PetscReal x[3]       = {0};
+
+  if (MPMUnlikelyWall(look, face) != MPM_WALL_free || grid->periodic[down] || scene->bodies[k].points)
+    return PETSC_FALSE;
+  for (PetscInt j = 0; MPMUnlikelyPlace(grid->dim, look->lower[k], look->upper[k], ACROSS, j, x); j++) {
+    PetscReal low = edge;
+    PetscBool in = PETSC_FALSE, free = PETSC_TRUE;
+
+    if (x[down] != look->lower[k][down] + (look->upper[k][down] - look->lower[k][down]) * 0.5 / ACROSS) continue;
+    for (PetscInt i = 0; i < DOWN && free; i++) { /* from above: what is under the lowest matter */
+      x[down] = top + (edge - top) * ((PetscReal)i + 0.5) / DOWN;
+      if (MPMRegionInside(&scene->bodies[k].region, grid->dim, x)) {
+        in  = PETSC_TRUE;
+        low = x[down];
+        continue;
+      }
+      for (PetscInt b = 0; in && b < scene->nbodies + scene->nshapes; b++)
+        if (b != k && !scene->bodies[b].removed && !scene->bodies[b].source.on &&
+            (b < scene->nbodies || scene->bodies[b].rigid != MPM_RIGID_NONE) &&
+            MPMRegionInside(&scene->bodies[b].region, grid->dim, x))
+          free = PETSC_FALSE;
+    }
+    if (!in || !free ||
+        !(PetscAbsReal(low - edge) < 0.5 * look->g * PetscSqr(look->time->end - look->core->stages.began)))
+      continue;
+    (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
+    (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[k];
 
-  if (!(look->g > 0) || look->core->grid.total || look->core->rigids.n ||
-      !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
+  if (!(look->g > 0) || look->core->grid.total || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
       MPMUnlikelyGiven("particles_leave", NULL, "", odd))
     return PETSC_FALSE;
-  return OpenSide(look, k, odd);
+  for (PetscInt r = look->scene->nbodies; r < look->scene->nbodies + look->scene->nshapes; r++)
+    if (look->scene->bodies[r].rigid != MPM_RIGID_NONE && look->scene->bodies[r].rigid != MPM_RIGID_FIXED)
+      return PETSC_FALSE; /* it may come to any place */
+  return look->core->rigids.n ? OpenBelow(look, k, odd) : OpenSide(look, k, odd);
 }
 
 PetscBool MPMUnlikely_ppc_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
@@ -253,7 +296,11 @@ PetscBool MPMUnlikely_ppc_many(const MPMLook *look, PetscInt k, MPMOdd *odd)
   const MPMBody *b = &look->scene->bodies[k];
 
   if (look->core->grid.dim == 1 || b->points) return PETSC_FALSE;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) odd->ratio = PetscMax(odd->ratio, (PetscReal)b->ppc[d]);
+  odd->ratio = 1;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) {
+    odd->ratio *= (PetscReal)b->ppc[d];
+    MPMUnlikelyAppend(odd->meant, 3, PetscMin(2, (PetscReal)b->ppc[d]));
+  }
   return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
 }
 

@@ -2,6 +2,19 @@
 #include <strings.h>
 #include "advice/unlikely.h"
 
+/* Finds the value that an option had before this stage, in a text of options; "true" for none; "": it was not given. */
+static void Before(const MPMLook *look, const char text[], const char option[], char before[MPM_TEXT_LEN])
+{
+  before[0] = 0;
+  for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
+    char other[4 * MPM_NAME_LEN];
+
+    (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : look->scene->stages[s],
+                   s < 0 ? "" : "_", option);
+    if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, MPM_TEXT_LEN, "true");
+  }
+}
+
 /* Finds an option of this stage whose value is that of before; those of time_* hold for their stage alone. */
 PetscBool MPMUnlikely_stage_same(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
@@ -11,19 +24,13 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PETSC_UNUSED PetscInt k, M
 
   if (look->core->stages.now < 1 || MPMOptionsText(&text)) return PETSC_FALSE;
   for (const char *at = text; at && !(odd->ratio > 0) && MPMOptionsNext(&at, name, value);) {
-    char before[MPM_TEXT_LEN] = "";
+    char before[MPM_TEXT_LEN];
 
     (void)snprintf(own, sizeof own, "%s", value);
     if (MPMStageOf(scene->nstages, scene->stages, name + 1, &option) != look->core->stages.now - 1 ||
         !strncasecmp(option, "time", 4) || !strcasecmp(option, "remove"))
       continue;
-    for (PetscInt s = look->core->stages.now - 2; s >= -1 && !before[0]; s--) {
-      char other[4 * MPM_NAME_LEN];
-
-      (void)snprintf(other, sizeof other, "-%s%s%s%.120s", s < 0 ? "" : "stage_", s < 0 ? "" : scene->stages[s],
-                     s < 0 ? "" : "_", option);
-      if (MPMOptionsFindIn(text, other, before) && !before[0]) (void)snprintf(before, sizeof before, "true");
-    }
+    Before(look, text, option, before);
     if (!own[0]) (void)snprintf(own, sizeof own, "true");
     if (strcasecmp(before[0] ? before : "false", own)) continue;
     odd->ratio = 1;
@@ -32,6 +39,21 @@ PetscBool MPMUnlikely_stage_same(const MPMLook *look, PETSC_UNUSED PetscInt k, M
   }
   (void)PetscFree(text);
   return odd->ratio > 0;
+}
+
+/* A stage that ends the gravity of the one before. */
+PetscBool MPMUnlikely_stage_weightless(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
+{
+  const PetscInt now  = look->core->stages.now - 1;
+  char          *text = NULL, before[MPM_TEXT_LEN];
+
+  if (now < 1 || look->g > 0 || look->scene->acceleration ||
+      !MPMUnlikelyGiven("stage", look->scene->stages[now], "_gravity", odd) || MPMOptionsText(&text))
+    return PETSC_FALSE;
+  Before(look, text, "gravity", before);
+  (void)PetscFree(text);
+  (void)snprintf(odd->other, MPM_WORDS, "by -gravity %.60s", before);
+  return strpbrk(before, "123456789") != NULL;
 }
 
 /* A later stage that gives nothing but its time, where nothing follows a formula of t, flows in or is driven. */
@@ -137,6 +159,16 @@ static PetscBool IsBehind(const MPMLook *look, PetscInt k, PetscInt face, const 
   return PETSC_FALSE;
 }
 
+/* Writes how damping is left out, of a stage in it alone. */
+static void Remedy(const MPMLook *look, const char option[], char words[MPM_WORDS])
+{
+  if (look->core->stages.n)
+    (void)snprintf(words, MPM_WORDS, "write -stage_%.60s_%s default", look->scene->stages[look->core->stages.now - 1],
+                   option);
+  else
+    (void)snprintf(words, MPM_WORDS, "leave it out");
+}
+
 /* Damping of what has room to flow beside it: of a fluid, or of sand in a stage in which a rigid body, which held sand or a fluid, is taken away. */
 PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
@@ -170,11 +202,8 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PETSC_UNUSED PetscInt k,
       (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
     }
   }
-  (void)snprintf(odd->meant, MPM_WORDS, "leave it out");
-  if (look->core->stages.n)
-    (void)snprintf(odd->meant, MPM_WORDS, "write -stage_%.60s_%s default", scene->stages[look->core->stages.now - 1],
-                   option);
-  return odd->other[0] && MPMUnlikelyGiven(option, NULL, "", odd);
+  Remedy(look, option, odd->meant);
+  return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_hold_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
@@ -218,29 +247,44 @@ PetscBool MPMUnlikely_spin_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
-/* -damping_kinetic, which stops all at each peak of the energy, beside a body force that swings. */
+/* Damping beside a body force that swings: one that stops all at each peak of the energy, or one that takes v/T, with T less than
+   half of the period. */
 PetscBool MPMUnlikely_damping_shaken(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
-  const PetscInt   dim      = look->core->grid.dim;
-  const MPMFormula f        = MPMUnlikelyFormula(look, look->scene->nloads + 6);
-  PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, x[3];
+  enum { TIMES = 1000 };
+  const PetscInt   dim = look->core->grid.dim, shakes = look->scene->nloads + 6;
+  const MPMFormula f     = MPMUnlikelyFormula(look, shakes);
+  const PetscReal  began = look->core->stages.began, length = look->time->end - began, T = look->core->damping.time;
+  PetscReal        least[3] = {0, 0, 0}, most[3] = {0, 0, 0}, was[3] = {0, 0, 0}, x[3] = {0};
+  PetscInt         all[3] = {0, 0, 0}, turns = 0;
+  const char      *option = look->core->damping.kinetic ? "damping_kinetic" : "damping_time";
 
-  if (!look->core->damping.kinetic || !f.value || !MPMUnlikelyChanges(look, look->scene->nloads + 6))
-    return PETSC_FALSE;
+  if (!MPMDampingIsOn(look->core) || !f.value || !MPMUnlikelyChanges(look, shakes)) return PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
-  for (PetscInt j = 0; j < 200; j++) {
+  for (PetscInt j = 0; j < TIMES; j++) {
     PetscReal a[9] = {0};
 
-    if (MPMExpressionEvaluate(f.value, dim, x, x,
-                              look->core->stages.began + (look->time->end - look->core->stages.began) * (j + 0.5) / 200,
-                              a))
-      return PETSC_FALSE;
+    if (MPMExpressionEvaluate(f.value, dim, x, x, began + length * (j + 0.5) / TIMES, a)) return PETSC_FALSE;
     for (PetscInt d = 0; d < dim; d++) {
       least[d] = PetscMin(least[d], a[d]);
       most[d]  = PetscMax(most[d], a[d]);
+      all[d] += a[d] * was[d] < 0;
+      was[d] = a[d] != 0 ? a[d] : was[d];
     }
   }
-  for (PetscInt d = 0; d < dim; d++) odd->ratio = PetscMax(odd->ratio, PetscMin(most[d], -least[d]));
+  for (PetscInt d = 0; d < dim; d++) {
+    if (!(PetscMin(most[d], -least[d]) > odd->ratio)) continue;
+    odd->ratio = PetscMin(most[d], -least[d]);
+    turns      = all[d];
+  }
   (void)snprintf(odd->other, MPM_WORDS, "-acceleration");
-  return odd->ratio > 0 && MPMUnlikelyGiven("damping_kinetic", NULL, "", odd);
+  (void)snprintf(odd->meant, MPM_WORDS, "stops all motion whenever its energy peaks");
+  if (!look->core->damping.kinetic) {
+    if (turns < 2 || T > length / turns) return PETSC_FALSE;
+    (void)snprintf(odd->meant, MPM_WORDS, "%.3g s takes most of the motion within half a period, %.2g s", (double)T,
+                   (double)(length / turns));
+  }
+  if (!MPMUnlikelyGiven(option, NULL, "", odd)) return PETSC_FALSE;
+  Remedy(look, option, odd->value);
+  return PETSC_TRUE;
 }

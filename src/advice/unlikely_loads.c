@@ -277,6 +277,42 @@ PetscBool MPMUnlikely_load_held(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+/* A load on a strip of one side that ends at a fixed wall beside it, of a body that another wall bears: half of a footing. */
+PetscBool MPMUnlikely_load_beside(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  enum { STRIPS = 40 };
+  const MPMLoad *load = &look->scene->loads[k];
+  const MPMGrid *grid = &look->core->grid;
+  const PetscInt b    = load->body;
+
+  for (PetscInt face = 0; face < 2 * grid->dim; face++)
+    for (PetscInt side = 0; side < 2 * grid->dim; side++) {
+      const PetscInt d = side / 2, wall = face ^ 1;
+      PetscReal      x[3] = {0}, acts[STRIPS];
+
+      if (load->sides != (PetscInt)1 << face || d == face / 2 || MPMUnlikelyWall(look, side) != MPM_WALL_fixed ||
+          MPMUnlikelyBeside(look, b, side) > 0.3 || MPMUnlikelyBeside(look, b, wall) > 0.3 ||
+          !MPMWallHas(MPMUnlikelyWall(look, wall), MPM_WALL_NORMAL))
+        continue;
+      for (PetscInt e = 0; e < grid->dim; e++) x[e] = 0.5 * (look->lower[b][e] + look->upper[b][e]);
+      x[face / 2] = (face % 2 ? look->upper : look->lower)[b][face / 2];
+      for (PetscInt j = 0; j < STRIPS; j++) {
+        const PetscReal part     = ((PetscReal)j + 0.5) / STRIPS;
+        PetscReal       value[9] = {0};
+
+        x[d] = look->lower[b][d] + (side % 2 ? 1 - part : part) * (look->upper[b][d] - look->lower[b][d]);
+        if (MPMExpressionEvaluate(load->value, grid->dim, x, x, 0.7 * look->time->end, value)) return PETSC_FALSE;
+        acts[j] = PetscAbsReal(load->type == MPM_LOAD_PRESSURE ? value[0] : value[face / 2]);
+      }
+      if (!(acts[0] > 0) || acts[STRIPS / 2] > 0 || acts[STRIPS - 1] > 0) continue;
+      (void)snprintf(odd->other, MPM_WORDS, "%.60s beside -bc_%.8s_type fixed", look->scene->bodies[b].name,
+                     MPMFaceNames[side]);
+      (void)snprintf(odd->meant, MPM_WORDS, "for a plane of symmetry write -bc_%.8s_type slip", MPMFaceNames[side]);
+      return MPMUnlikelyGiven("load", load->name, "_value", odd);
+    }
+  return PETSC_FALSE;
+}
+
 /* A pressure on one side that changes linearly with depth, as of water: Pa/m, at the largest of 10 times. */
 PetscBool MPMUnlikely_load_head(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

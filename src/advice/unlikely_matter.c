@@ -44,6 +44,21 @@ PetscBool MPMUnlikely_rate_idle(const MPMLook *look, PetscInt k, MPMOdd *odd)
          OfMaterial(look, k, "_rate_reference", odd, &reference) && reference != 1;
 }
 
+/* A fluid with the density and the modulus of a gas at 1 atm, in SI units; water in t and kN has gravity. */
+PetscBool MPMUnlikely_gas(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMMaterial *m = &look->scene->materials[k];
+  PetscReal          rho;
+
+  if (!(m->type->traits & MPM_FLUID) || look->g > 0 || !OfMaterial(look, k, "_rho", odd, &rho) ||
+      !(rho > 0.05 && rho < 10) || !(m->K > 9e4 && m->K < 1.8e5))
+    return PETSC_FALSE;
+  odd->ratio = m->gamma;
+  NameOther(m, "K", odd);
+  (void)snprintf(odd->meant, MPM_WORDS, "-material_%.60s_tait_gamma 1.4", m->name);
+  return PETSC_TRUE;
+}
+
 PetscBool MPMUnlikely_pulls_water(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMScene    *scene = look->scene;

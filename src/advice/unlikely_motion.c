@@ -25,6 +25,87 @@ PetscBool MPMUnlikely_hangs(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return walls;
 }
 
+/* Does loose matter fill a box on the floor of the grid and from wall to wall, with room above it and nothing on it? */
+static PetscBool IsPool(const MPMLook *look, PetscInt k)
+{
+  const MPMGrid     *grid = &look->core->grid;
+  const MPMBody     *b    = &look->scene->bodies[k];
+  const MPMMaterial *m    = &look->scene->materials[b->material];
+  const PetscInt     up   = grid->dim - 1;
+  PetscReal          x[3] = {0};
+  MPMOdd             odd;
+
+  if (!(m->type->traits & MPM_LOOSE) || MPMUnlikelyCohesion(m) > 0 || b->source.on || b->points || b->removed ||
+      MPMUnlikelyGiven("material", m->name, "_tension_cutoff", &odd) || MPMUnlikelyBeside(look, k, 2 * up + 1) < 1 ||
+      MPMWallHas(MPMUnlikelyWall(look, 2 * up + 1), MPM_WALL_MOVES))
+    return PETSC_FALSE;
+  for (PetscInt face = 0; face < 2 * grid->dim - 1; face++)
+    if ((MPMUnlikelyWall(look, face) == MPM_WALL_free && !(grid->round && !face)) || grid->periodic[face / 2] ||
+        MPMUnlikelyBeside(look, k, face) - look->scene->walls.place[face] / grid->h[face / 2] > 0.3)
+      return PETSC_FALSE;
+  for (PetscInt other = 0; other < look->scene->nbodies + look->scene->nshapes; other++) {
+    PetscReal lower[3], upper[3];
+
+    if (other == k || look->scene->bodies[other].source.on) continue;
+    MPMRegionBounds(&look->scene->bodies[other].region, grid->dim, lower, upper);
+    if (PetscAbsReal(lower[up] - look->upper[k][up]) < grid->h[up]) return PETSC_FALSE;
+  }
+  for (PetscInt j = 0; MPMUnlikelyPlace(grid->dim, look->lower[k], look->upper[k], 8, j, x); j++) {
+    x[up] = look->upper[k][up] - 0.01 * grid->h[up];
+    if (!MPMRegionInside(&b->region, grid->dim, x)) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* What is slow beside a fall from the height of a pool moves it, and no weight holds it down. */
+PetscBool MPMUnlikely_weightless(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene  *scene = look->scene;
+  const PetscInt   dim = look->core->grid.dim, up = dim - 1;
+  const MPMFormula shakes = MPMUnlikelyFormula(look, scene->nloads + 6);
+  PetscReal        x[3] = {0}, speed = 0;
+  PetscBool        moves = shakes.value ? PETSC_TRUE : PETSC_FALSE;
+
+  if (k || dim == 1 || look->g > 0 || scene->nloads || scene->initial || !MPMUnlikelyStarts(look) ||
+      look->core->stages.n)
+    return PETSC_FALSE;
+  if (moves) (void)snprintf(odd->meant, MPM_WORDS, "-acceleration");
+  for (PetscInt j = 0; moves && j < 16; j++) {
+    PetscReal a[9] = {0};
+
+    if (MPMExpressionEvaluate(shakes.value, dim, x, x, look->time->end * ((PetscReal)j + 0.5) / 16, a) || a[up] != 0)
+      return PETSC_FALSE;
+  }
+  for (PetscInt b = 0; b < scene->nbodies; b++) {
+    const MPMBody  *body = &scene->bodies[b];
+    const PetscReal v    = body->source.on ? body->source.speed : PetscSqrtReal(body->v2);
+
+    if (v > speed) (void)snprintf(odd->meant, MPM_WORDS, "-body_%s_velocity", body->name);
+    speed = PetscMax(speed, v);
+  }
+  for (PetscInt f = 0; f < MPMUnlikelyFormulas(look); f++) {
+    const MPMFormula moving = MPMUnlikelyFormula(look, f);
+    const PetscReal  v      = f == scene->nloads + 6 ? 0 : MPMUnlikelySize(look, &moving);
+
+    if (v > speed) (void)snprintf(odd->meant, MPM_WORDS, "-%s_%s%s", moving.group, moving.name, moving.word);
+    speed = PetscMax(speed, v);
+  }
+  for (PetscInt face = 0; face < 2 * dim; face++) { /* a constant velocity has no formula */
+    const MPMFace *wall = &scene->walls.given[face / 2][face % 2];
+
+    if (!MPMWallHas(wall->type, MPM_WALL_MOVES)) continue;
+    for (PetscInt d = 0; d < dim; d++) {
+      if (PetscAbsReal(wall->velocity[d]) > speed)
+        (void)snprintf(odd->meant, MPM_WORDS, "-bc_%.8s_velocity", MPMFaceNames[face]);
+      speed = PetscMax(speed, PetscAbsReal(wall->velocity[d]));
+    }
+  }
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    if (IsPool(look, b) && speed * speed < 200 * (look->upper[b][up] - look->lower[b][up]))
+      (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[b].name);
+  return odd->meant[0] && odd->other[0];
+}
+
 /* A body that lay on matter which its stage removes, and that touches nothing of what is left. */
 PetscBool MPMUnlikely_undermined(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

@@ -139,6 +139,70 @@ PetscBool MPMUnlikely_pushes_away(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+/* Two bodies, of which one may be rigid and fixed, that touch at a side and move along it alone, with friction between them. */
+PetscBool MPMUnlikely_unpressed(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const MPMGrid  *grid  = &look->core->grid;
+  PetscReal       v[9] = {0}, w[9] = {0}, lower[3], upper[3], mu = 0;
+  PetscInt        other = -1, side = -1;
+
+  if (!MPMUnlikelyStarts(look) || look->g > 0 || scene->forced || scene->initial || look->core->stages.n ||
+      MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || scene->nbodies + look->core->rigids.n != 2 ||
+      !(scene->bodies[k].v2 > 0) || !MPMUnlikelyVelocity(look, k, odd, v))
+    return PETSC_FALSE;
+  for (PetscInt b = 0; b < scene->nbodies + scene->nshapes; b++)
+    if (b != k && (b < scene->nbodies || scene->bodies[b].rigid != MPM_RIGID_NONE)) other = b;
+  if (other < scene->nbodies ? scene->bodies[other].v2 > 0 && !MPMUnlikelyVelocity(look, other, odd, w)
+                             : scene->bodies[other].rigid != MPM_RIGID_FIXED)
+    return PETSC_FALSE;
+  MPMRegionBounds(&scene->bodies[other].region, grid->dim, lower, upper);
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal gap = MPMUnlikelyApart(look, d, look->lower[k], look->upper[k], lower, upper);
+
+    if (gap > TOUCH || (gap > -TOUCH && side >= 0)) return PETSC_FALSE;
+    if (gap > -TOUCH) side = d;
+  }
+  if (side < 0 || v[side] != w[side]) return PETSC_FALSE;
+  (void)snprintf(odd->other, MPM_WORDS, "%.60s slides along %.60s", scene->bodies[k].name, scene->bodies[other].name);
+  if (other >= scene->nbodies)
+    return MPMUnlikelyNumber("body", scene->bodies[other].name, "_mu", odd, &mu) && mu > 0;
+  for (PetscInt c = 0; c < scene->ncontacts; c++)
+    if (MPMUnlikelyNumber("contact", scene->contacts[c], "_mu", odd, &mu) && mu > 0) return PETSC_TRUE;
+  return MPMUnlikelyNumber("contact_mu", NULL, "", odd, &mu) && mu > 0;
+}
+
+/* The first of rigid bodies that all hold matter and move alike, by formulas that are the same at all times of the run. */
+PetscBool MPMUnlikely_grips_alike(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const MPMBody  *b     = &scene->bodies[scene->nbodies + k];
+  const PetscInt  dim   = look->core->grid.dim;
+
+  if (b->rigid != MPM_RIGID_MOVING || !b->tied || !b->velocity || look->g > 0 || scene->forced ||
+      MPMWallsHave(&scene->walls, MPM_WALL_NORMAL))
+    return PETSC_FALSE;
+  for (PetscInt r = scene->nbodies; r < scene->nbodies + scene->nshapes; r++) {
+    const MPMBody *other = &scene->bodies[r];
+
+    if (other == b || other->rigid == MPM_RIGID_NONE) continue;
+    if (other < b || other->rigid != MPM_RIGID_MOVING || !other->tied || !other->velocity || other->spin || b->spin)
+      return PETSC_FALSE;
+    for (PetscInt j = 0; j < PLACES; j++) {
+      const PetscReal x[3] = {0}, t = look->time->end * ((PetscReal)j + 0.5) / PLACES;
+      PetscReal       v[2][9] = {{0}, {0}};
+
+      if (MPMExpressionEvaluate(b->velocity, dim, x, x, t, v[0]) ||
+          MPMExpressionEvaluate(other->velocity, dim, x, x, t, v[1]))
+        return PETSC_FALSE;
+      for (PetscInt d = 0; d < dim; d++)
+        if (v[0][d] != v[1][d]) return PETSC_FALSE;
+    }
+    (void)snprintf(odd->other, MPM_WORDS, "%s", other->name);
+  }
+  return odd->other[0] && MPMUnlikelyGiven("body", b->name, "_velocity", odd);
+}
+
 PetscBool MPMUnlikely_piston_pushes(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid  *grid = &look->core->grid;

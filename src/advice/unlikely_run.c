@@ -296,15 +296,35 @@ static PetscBool IsBraked(const MPMLook *look, PetscInt b)
   return across > PetscAbsReal(v[look->down]);
 }
 
+/* Is a load a blow, which is over before half of the run, and do damping and nothing else act from then on? */
+static PetscBool IsBlow(const MPMLook *look, PetscInt l)
+{
+  enum { TIMES = 1000 };
+  const MPMFormula f    = MPMUnlikelyFormula(look, l);
+  const PetscReal  end  = look->time->end;
+  PetscInt         last = -1;
+
+  if (look->g > 0 || look->scene->nloads > 1 || look->scene->acceleration || look->core->stages.n ||
+      look->core->rigids.n || MPMWallsHave(&look->scene->walls, MPM_WALL_MOVES) || look->core->damping.time > 0.3 * end)
+    return PETSC_FALSE;
+  for (PetscInt j = 0; j <= TIMES; j++)
+    if (MPMUnlikelyAt(look, &f, end * j / TIMES) != 0) last = j;
+  return last >= 0 && 2 * last < TIMES;
+}
+
 PetscBool MPMUnlikely_damping_impact(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   if (!MPMDampingIsOn(look->core)) return PETSC_FALSE;
+  for (PetscInt l = 0; l < look->scene->nloads; l++)
+    if (IsBlow(look, l))
+      (void)snprintf(odd->other, MPM_WORDS, "the motion that the blow -load_%.80s_value gives",
+                     look->scene->loads[l].name);
   for (PetscInt b = 0; b < look->scene->nbodies; b++)
-    if (IsBraked(look, b)) {
-      (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[b].name);
-      return MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd);
-    }
-  return PETSC_FALSE;
+    if (IsBraked(look, b))
+      (void)snprintf(odd->other, MPM_WORDS, "the velocity with which %.80s starts", look->scene->bodies[b].name);
+  return odd->other[0]
+             ? MPMUnlikelyGiven(look->core->damping.kinetic ? "damping_kinetic" : "damping_time", NULL, "", odd)
+             : PETSC_FALSE;
 }
 
 PetscBool MPMUnlikely_energy_plastic(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)

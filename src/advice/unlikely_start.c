@@ -42,6 +42,78 @@ PetscBool MPMUnlikely_across(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return PETSC_FALSE;
 }
 
+/* A solid that flies along a fixed wall on which its longer side lies. */
+PetscBool MPMUnlikely_clamped(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  PetscReal v[9] = {0};
+  PetscInt  fast = 0;
+
+  if (!MPMUnlikelyStarts(look) || !MPMUnlikelyVelocity(look, k, odd, v) ||
+      !MPMMaterialKeepsShape(&look->scene->materials[look->scene->bodies[k].material]))
+    return PETSC_FALSE;
+  for (PetscInt d = 1; d < look->core->grid.dim; d++)
+    if (PetscAbsReal(v[d]) > PetscAbsReal(v[fast])) fast = d;
+  for (PetscInt face = 0; face < 2 * look->core->grid.dim; face++) {
+    const PetscInt d = face / 2;
+
+    if (d == fast || MPMUnlikelyWall(look, face) != MPM_WALL_fixed || MPMUnlikelyBeside(look, k, face) > 0.1 ||
+        look->upper[k][fast] - look->lower[k][fast] < look->upper[k][d] - look->lower[k][d])
+      continue;
+    odd->ratio = PetscAbsReal(v[fast]);
+    (void)snprintf(odd->other, MPM_WORDS, "%.60s along the wall -bc_%.8s_type fixed", look->scene->bodies[k].name,
+                   MPMFaceNames[face]);
+    (void)snprintf(odd->meant, MPM_WORDS, "write -bc_%.8s_type slip for a plane of symmetry, or for a smooth wall",
+                   MPMFaceNames[face]);
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* A velocity whose slopes across the axes are the same all over a solid and equal by pairs, without any along them. */
+PetscBool MPMUnlikely_strains(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMBody *b     = &look->scene->bodies[k];
+  const PetscInt dim   = look->core->grid.dim;
+  PetscReal      v0[9] = {0}, slope[3][3], x[3] = {0}, size = 0, off = 0;
+
+  if (!MPMUnlikelyStarts(look) || !b->velocity || !MPMMaterialKeepsShape(&look->scene->materials[b->material]) ||
+      MPMExpressionEvaluate(b->velocity, dim, look->lower[k], look->lower[k], 0, v0))
+    return PETSC_FALSE;
+  for (PetscInt e = 0; e < dim; e++) {
+    const PetscReal length = look->upper[k][e] - look->lower[k][e];
+    PetscReal       v[9]   = {0};
+
+    for (PetscInt d = 0; d < dim; d++) x[d] = d == e ? look->upper[k][d] : look->lower[k][d];
+    if (MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v)) return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) {
+      slope[d][e] = (v[d] - v0[d]) / length;
+      size        = PetscMax(size, PetscAbsReal(slope[d][e]));
+    }
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    for (PetscInt e = 0; e <= d; e++)
+      off = PetscMax(off, PetscAbsReal(d == e ? slope[d][d] : slope[d][e] - slope[e][d]));
+  for (PetscInt j = 0; MPMUnlikelyPlace(dim, look->lower[k], look->upper[k], PLACES, j, x); j++) {
+    PetscReal v[9] = {0};
+
+    if (MPMExpressionEvaluate(b->velocity, dim, x, x, 0, v)) return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscReal differs = v[d] - v0[d];
+
+      for (PetscInt e = 0; e < dim; e++) differs -= slope[d][e] * (x[e] - look->lower[k][e]);
+      off = PetscMax(off, PetscAbsReal(differs) / (look->upper[k][d] - look->lower[k][d]));
+    }
+  }
+  if (!(off < 1e-6 * size)) return PETSC_FALSE;
+  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
+  for (PetscInt d = 1; d < dim; d++)
+    for (PetscInt e = 0; e < d; e++)
+      if (PetscAbsReal(slope[d][e]) > 1e-6 * size)
+        (void)snprintf(odd->meant, MPM_WORDS, "its v%c along %c and its v%c along %c have the same slope, %.3g/s",
+                       "xyz"[e], "xyz"[d], "xyz"[d], "xyz"[e], (double)slope[d][e]);
+  return MPMUnlikelyGiven("body", b->name, "_velocity", odd);
+}
+
 /* How many cells what is fastest moves until the end, where a body lies at a free face beside one of symmetry. */
 PetscBool MPMUnlikely_side_open(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {

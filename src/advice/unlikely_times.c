@@ -138,6 +138,86 @@ PetscBool MPMUnlikely_output_fine(const MPMLook *look, PETSC_UNUSED PetscInt k, 
   return PETSC_TRUE;
 }
 
+PetscReal MPMUnlikelyAt(const MPMLook *look, const MPMFormula *f, PetscReal t)
+{
+  enum { PLACES = 7 };
+  const PetscReal *lower = f->body < 0 ? look->lowest : look->lower[f->body],
+                  *upper = f->body < 0 ? look->highest : look->upper[f->body];
+  PetscReal most = 0, x[3] = {0};
+
+  for (PetscInt j = 0; j < PLACES; j++) {
+    PetscReal value[9] = {0};
+
+    for (PetscInt d = 0; d < look->core->grid.dim; d++) x[d] = lower[d] + (upper[d] - lower[d]) * j / (PLACES - 1);
+    if (MPMExpressionEvaluate(f->value, look->core->grid.dim, x, x, t, value)) return 0;
+    for (PetscInt c = 0; c < f->nc; c++)
+      if (PetscAbsReal(value[c]) > PetscAbsReal(most)) most = value[c];
+  }
+  return most;
+}
+
+/* A table, as a record, of both signs, that ends before the run. */
+PetscBool MPMUnlikely_table_short(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  enum { TIMES = 500 };
+  const MPMFormula f    = MPMUnlikelyFormula(look, k);
+  const PetscReal  last = f.value && MPMUnlikelyChanges(look, k) ? MPMExpressionTables(f.value) : 0,
+                  end   = MPMUnlikelyEnd(look);
+  PetscReal most = 0, least = 0, held;
+
+  if (!(last > 0) || !(last < 0.99 * end)) return PETSC_FALSE;
+  for (PetscInt j = 0; j <= TIMES; j++) {
+    most  = PetscMax(most, MPMUnlikelyAt(look, &f, last * j / TIMES));
+    least = PetscMin(least, MPMUnlikelyAt(look, &f, last * j / TIMES));
+  }
+  held = MPMUnlikelyAt(look, &f, end);
+  if (PetscMin(most, -least) < 0.2 * PetscMax(most, -least) || held != MPMUnlikelyAt(look, &f, 0.5 * (last + end)))
+    return PETSC_FALSE;
+  odd->ratio = PetscAbsReal(held) / PetscMax(most, -least);
+  if (!MPMUnlikelyGiven(f.group, f.name, f.word, odd)) return PETSC_FALSE;
+  MPMUnlikelyWrite(odd->value, last);
+  MPMUnlikelyWrite(odd->other, end);
+  return PETSC_TRUE;
+}
+
+/* The interval of the history over the time for which a formula of t stays above half of its size. What is shorter than a wave
+   through the matter is a blow, after which vibrations may be what is looked at. */
+PetscBool MPMUnlikely_pulse_missed(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
+{
+  enum { TIMES = 8000, PARTS = 32 };
+  const PetscReal began = look->core->stages.began, length = look->time->end - began,
+                  crosses = MPMUnlikelyExtent(look, -1, -1) / look->c;
+  PetscReal every, step;
+
+  if (look->core->implicit || !MPMUnlikelyNumber("history_every", NULL, "", odd, &every) || !(every > 0) ||
+      !(length > 3 * every))
+    return PETSC_FALSE;
+  step = PetscMax(every / PARTS, length / TIMES);
+  for (PetscInt j = 0; j < MPMUnlikelyFormulas(look); j++) {
+    const MPMFormula f    = MPMUnlikelyFormula(look, j);
+    const PetscInt   n    = (PetscInt)(length / step);
+    PetscReal        most = 0;
+    PetscInt         now = 0, longest = 0;
+    PetscReal        size[TIMES + 1];
+
+    if (!f.value || !MPMUnlikelyChanges(look, j)) continue;
+    for (PetscInt i = 0; i < n; i++) {
+      size[i] = PetscAbsReal(MPMUnlikelyAt(look, &f, began + step * ((PetscReal)i + 0.5)));
+      most    = PetscMax(most, size[i]);
+    }
+    for (PetscInt i = 0; i < n; i++) {
+      now     = size[i] > 0.5 * most ? now + 1 : 0;
+      longest = PetscMax(longest, now);
+    }
+    if (!longest || (longest * step < crosses && every > crosses) || every / (longest * step) < odd->ratio) continue;
+    odd->ratio = every / (longest * step);
+    (void)snprintf(odd->other, MPM_WORDS, "-%.20s%s%.60s%.20s is above half of its size for %.2g s at a time", f.group,
+                   f.name ? "_" : "", f.name ? f.name : "", f.word, (double)(longest * step));
+    (void)snprintf(odd->meant, MPM_WORDS, "%.1g", (double)(0.1 * longest * step));
+  }
+  return odd->other[0];
+}
+
 PetscBool MPMUnlikely_output_many(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   PetscReal every;

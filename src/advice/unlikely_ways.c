@@ -324,14 +324,17 @@ PetscBool MPMUnlikely_unheld(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMGrid *grid     = &look->core->grid;
   const MPMLoad *load     = &look->scene->loads[k];
-  PetscReal      value[9] = {0}, x[3] = {0}, force[3] = {0}, most = 0;
+  PetscReal      value[9] = {0}, x[3] = {0}, force[3] = {0}, most = 0, size = 0;
 
   if (look->core->implicit || look->scene->nloads > 1 || look->scene->nbodies > 1 || look->core->rigids.n ||
       look->g > 0 || look->scene->acceleration || look->core->stages.n || load->type == MPM_LOAD_TORQUE ||
       (load->type != MPM_LOAD_FORCE && load->sides & (load->sides - 1)))
     return PETSC_FALSE;
-  for (PetscInt d = 0; d < grid->dim; d++) x[d] = 0.5 * (look->lowest[d] + look->highest[d]);
-  if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
+  for (PetscInt j = 0; !(size > 0) && MPMUnlikelyPlace(grid->dim, look->lowest, look->highest, 2 * PLACES, j, x); j++) {
+    if (MPMExpressionEvaluate(load->value, grid->dim, x, x, look->time->end, value)) return PETSC_FALSE;
+    for (PetscInt d = 0; d < load->nc; d++) size = PetscMax(size, PetscAbsReal(value[d]));
+  }
+  if (!(size > 0)) return PETSC_FALSE; /* a blow, after which it flies free */
   for (PetscInt d = 0; d < grid->dim; d++) {
     if (grid->periodic[d]) return PETSC_FALSE;
     force[d] = load->type != MPM_LOAD_PRESSURE             ? value[d]
