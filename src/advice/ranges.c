@@ -2,8 +2,6 @@
    and where a run stops, and changes no state. */
 #include "advice/watch.h"
 
-#define GAS 2 /* a fluid of a smaller gamma is a gas: 1.67 is the largest of theirs */
-
 /* --- Measures ----------------------------------------------------------------------------------------------------- */
 
 /* A particle p of a view, of a material, and how far it is out of the range. Each measure has the words that tell it.
@@ -63,11 +61,11 @@ static PetscReal Measure_strain(PetscInt dim, const MPMMaterial *m, const MPMVie
   return most;
 }
 
-/* A gas, whose pressure is that of gamma far below a liquid's 7, may be compressed by any part of its volume. */
+/* A gas may be compressed by any part of its volume. */
 static PetscReal Measure_compression(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)
 {
   (void)dim;
-  return m->gamma > 0 && m->gamma < GAS ? 0 : 1 - view->J[p];
+  return MPMMaterialIsGas(m) ? 0 : 1 - view->J[p];
 }
 
 static PetscReal Measure_heat(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)

@@ -123,6 +123,13 @@ MPM_INLINE PetscReal MPMVolumeRatio(const MPMMaterial *m, PetscInt dim, const MP
 }
 #endif
 
+/* Returns whether a material is a gas: a fluid whose pressure is that of an exponent far below a liquid's 7; 1.67 is the
+   largest of gases. Not collective. */
+MPM_INLINE PetscBool MPMMaterialIsGas(const MPMMaterial *m)
+{
+  return m->type->traits & MPM_FLUID && m->gamma > 0 && m->gamma < 2;
+}
+
 /* Sets Lame's constants from E and nu, the diffusivity from the viscosity, the law's own constants, and `state`.
    Returns what is wrong with the options, or NULL. Not collective. */
 const char *MPMMaterialSetUp(MPMMaterial *);

@@ -22,8 +22,8 @@ typedef struct {
   PetscBool gave_up; /* did a step fail for good? Then the state is that before it */
 } MPMRetry;
 
-/* Scenes for which a preset has a row: all materials are elastic, all are fluids, or any others. */
-typedef enum { MPM_SCENES_elastic, MPM_SCENES_fluids, MPM_SCENES_others } MPMScenes;
+/* Scenes for which a preset has a row: all materials are elastic, all are gases, all are fluids, or any others. */
+typedef enum { MPM_SCENES_elastic, MPM_SCENES_gases, MPM_SCENES_fluids, MPM_SCENES_others } MPMScenes;
 
 /* A named method for such scenes; a row of preset.def. */
 typedef struct {

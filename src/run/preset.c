@@ -68,19 +68,23 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
     }
   }
   mpm->core.grid.total = mpm->preset->total;
-  mpm->scene.ppc       = mpm->preset->ppc;
+  mpm->scene.ppc = mpm->scene.ppc_gas = mpm->preset->ppc;
+  for (const MPMPreset *row = mpm->preset; row < rows + sizeof rows / sizeof *rows && !strcmp(row->name, name); row++)
+    if (row->scenes == MPM_SCENES_gases) mpm->scene.ppc_gas = row->ppc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Chooses the row of the preset by the materials, which have been read. */
 void MPMPresetChoose(MPM mpm)
 {
-  PetscBool fits[] = {PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}; /* by MPMScenes */
+  PetscBool fits[] = {PETSC_TRUE, PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}; /* by MPMScenes */
 
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
-    const PetscInt traits = mpm->scene.materials[k].type->traits;
+    const MPMMaterial *m      = &mpm->scene.materials[k];
+    const PetscInt     traits = m->type->traits;
 
     if (!(traits & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC))) fits[MPM_SCENES_elastic] = PETSC_FALSE;
+    if (!MPMMaterialIsGas(m)) fits[MPM_SCENES_gases] = PETSC_FALSE;
     if (!(traits & MPM_FLUID)) fits[MPM_SCENES_fluids] = PETSC_FALSE;
   }
   while (!fits[mpm->preset->scenes]) mpm->preset++;
@@ -127,14 +131,15 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
   if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
   PetscCall(PrintRemedies(mpm));
-  for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->preset->ppc != 2; b++) {
+  for (PetscInt b = 0; b < mpm->scene.nbodies; b++) {
     char name[2 * MPM_NAME_LEN];
 
     (void)snprintf(name, sizeof name, "-body_%s_ppc", mpm->scene.bodies[b].name);
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
-    if (!given) PetscCall(MPMPrint(&mpm->core.print, " %s", name));
-    for (PetscInt d = 0; d < mpm->core.grid.dim && !given; d++)
-      PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "," : " ", mpm->preset->ppc));
+    if (given || mpm->scene.bodies[b].ppc[0] == 2) continue;
+    PetscCall(MPMPrint(&mpm->core.print, " %s", name));
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "," : " ", mpm->scene.bodies[b].ppc[d]));
   }
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));

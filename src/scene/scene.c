@@ -210,6 +210,8 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
   if (b->alone) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsDeclared(o, "body_<b>_material", b->name, scene->nmaterials, scene->materials->name,
                                sizeof *scene->materials, &b->material));
+  if (!MPMOptionsError(o) && MPMMaterialIsGas(scene->materials + b->material))
+    for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc_gas;
   PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, &ppc));
   if (b->region.type == MPM_REGION_file)
     PetscCall(MPMPointsOpen(core, o, b));

@@ -92,7 +92,7 @@ typedef struct _MPMInitial MPMInitial;
 typedef struct {
   char          title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
   PetscBool     dry_run;
-  PetscInt      ppc; /* particles per cell and axis of bodies that do not say; set before the scene is read */
+  PetscInt      ppc, ppc_gas; /* particles per cell and axis of bodies that do not say; set before the scene is read */
   MPMMaterial  *materials;
   PetscInt      nmaterials;
   MPMBody      *bodies;
