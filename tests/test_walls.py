@@ -219,7 +219,9 @@ def check_pressed():
     thrust = ["-grid_upper 1.2,0.2", *(line.replace("0.8,-0.1", "1,-0.1").replace("1,0.3", "1.2,0.3").replace("0.25 ? -0.032", "0.2 ? -2.5") for line in ram[:-1]), *filled]
     for name, lines, most in ("a piston", squeezed, 0.01), ("a ram", thrust, 0.04):
         again = [line for line in box if line.split()[0] not in {words.split()[0] for words in lines}] + gas + lines
-        h, _ = run("pressed", again, "-time_end", 0.25)
+        h, done = run("pressed", again, "-time_end", 0.25)
+        line = done.find(r"^preset +balanced: (-.*)$")
+        check.that("-body_b_ppc 3,3" in line and run("preset", again, "-time_end", 0.25, *line.split())[1].digest == done.digest, f"a gas that {name} presses: {line}")
         got = abs(h["reaction_xmin_x"][h["time"] > 0.22].mean()) / 0.2
         check.that(abs(got / air - 1) < most, f"a gas that {name} presses to half its volume, with the defaults: {got:.0f} Pa of {air:.0f}")
     for fluid, lines in (water, [*piston, '-bc_xmax_velocity "0-t"', "-body_b_upper 1,0.2"]), (water, ram), (gas, [*piston, '-bc_xmax_velocity "0-t"', "-body_b_upper 1,0.2"]):
