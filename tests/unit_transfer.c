@@ -22,8 +22,8 @@
 
 typedef struct {
   PetscInt n;
-#define dim 3 /* of which fields have the most components */
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype name[(nc) * N];
+#define dim                                                                    3 /* of which fields have the most components */
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype name[(nc)*N];
 #include "physics/fields.def"
 #undef dim
 } State;

@@ -203,7 +203,7 @@ PetscBool MPMUnlikely_damping_flow(const MPMLook *look, PETSC_UNUSED PetscInt k,
     }
   }
   Remedy(look, option, odd->meant);
-  return odd->ratio > 0 ? MPMUnlikelyGiven(option, NULL, "", odd) : PETSC_FALSE;
+  return odd->other[0] && MPMUnlikelyGiven(option, NULL, "", odd);
 }
 
 PetscBool MPMUnlikely_hold_long(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)

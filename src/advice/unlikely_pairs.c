@@ -165,8 +165,7 @@ PetscBool MPMUnlikely_unpressed(const MPMLook *look, PetscInt k, MPMOdd *odd)
   }
   if (side < 0 || v[side] != w[side]) return PETSC_FALSE;
   (void)snprintf(odd->other, MPM_WORDS, "%.60s slides along %.60s", scene->bodies[k].name, scene->bodies[other].name);
-  if (other >= scene->nbodies)
-    return MPMUnlikelyNumber("body", scene->bodies[other].name, "_mu", odd, &mu) && mu > 0;
+  if (other >= scene->nbodies) return MPMUnlikelyNumber("body", scene->bodies[other].name, "_mu", odd, &mu) && mu > 0;
   for (PetscInt c = 0; c < scene->ncontacts; c++)
     if (MPMUnlikelyNumber("contact", scene->contacts[c], "_mu", odd, &mu) && mu > 0) return PETSC_TRUE;
   return MPMUnlikelyNumber("contact_mu", NULL, "", odd, &mu) && mu > 0;
