@@ -15,6 +15,23 @@ PetscBool MPMUnlikely_ppc_one(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
 }
 
+/* A gas that a wall or a rigid body may press, without what the presets that have a row for gases choose. */
+PetscBool MPMUnlikely_gas_disorder(const MPMLook *look, PetscInt k, MPMOdd *odd)
+{
+  const MPMScene *scene = look->scene;
+  const MPMBody  *b     = &scene->bodies[k];
+  PetscBool       moves = MPMWallsHave(&scene->walls, MPM_WALL_MOVES), few = PETSC_FALSE;
+
+  for (PetscInt r = scene->nbodies; r < scene->nbodies + scene->nshapes; r++)
+    moves = moves || (scene->bodies[r].rigid != MPM_RIGID_NONE && scene->bodies[r].rigid != MPM_RIGID_FIXED);
+  if (look->core->grid.dim == 1 || !moves || !MPMMaterialIsGas(&scene->materials[b->material])) return PETSC_FALSE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) few = few || b->ppc[d] < 3;
+  if (MPMUnlikelyGiven("method_preset", NULL, "", odd) &&
+      (!strcmp(odd->value, "fast") || !strcmp(odd->value, "energy")))
+    return PETSC_TRUE;
+  return few && !b->points && MPMUnlikelyGiven("body", b->name, "_ppc", odd);
+}
+
 PetscBool MPMUnlikely_offset_large(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
   const MPMBody *b = &look->scene->bodies[k];
