@@ -124,7 +124,7 @@ run: ## install what is missing, build, run options/disks.opts, draw output/disk
 	@tools/install.sh run
 	+@$(again) picture
 
-test: ## install what is missing, build, run every test but the long ones: six minutes on two cores
+test: ## install what is missing, build, run every test but the long ones: seven minutes on two cores
 	@tools/install.sh test
 	+@$(again) ctest select="-LE 'long|extra'" after='$(python) tests/messages.py . $(BUILD)/tests/runs/said'
 
