@@ -98,9 +98,10 @@ PetscBool MPMUnlikelyTonnes(const MPMMaterial *);   /* is it in t/mm^3 and N/mm^
 PetscReal MPMUnlikelyEnd(const MPMLook *);          /* of all stages, s */
 PetscBool MPMUnlikelyGravity(const MPMCore *, const MPMScene *); /* is gravity told to be in another unit? */
 
-/* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of the
-   run, how large its largest component is at a time and some places, with its sign, whether its size is the same at all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find
-   the ways of bodies (unlikely_ways.c). Note numbers that are not usual (usual.c). Not collective. */
+/* Return how many formulas there may be, the k-th one, first those of the loads, how large it is at any place and time of
+   the run, how large its largest component is at a time and some places, with its sign, whether its size is the same at
+   all times after the first hundredth, and whether it is one of t (unlikely_formulas.c). Find the ways of bodies
+   (unlikely_ways.c). Note numbers that are not usual (usual.c). Not collective. */
 PetscInt       MPMUnlikelyFormulas(const MPMLook *);
 MPMFormula     MPMUnlikelyFormula(const MPMLook *, PetscInt k);
 PetscReal      MPMUnlikelySize(const MPMLook *, const MPMFormula *);

@@ -15,20 +15,28 @@ PetscBool MPMUnlikely_ppc_one(const MPMLook *look, PetscInt k, MPMOdd *odd)
   return MPMUnlikelyGiven("body", b->name, "_ppc", odd);
 }
 
-/* A gas that a wall or a rigid body may press, without what the presets that have a row for gases choose. */
+/* Is there a rigid body that may come to other places? */
+static PetscBool RigidMoves(const MPMScene *scene)
+{
+  for (PetscInt r = scene->nbodies; r < scene->nbodies + scene->nshapes; r++)
+    if (scene->bodies[r].rigid != MPM_RIGID_NONE && scene->bodies[r].rigid != MPM_RIGID_FIXED) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* A gas that a wall or a rigid body may press, with a preset that has no row for gases (preset.def), or with fewer particles
+   than that row says. */
 PetscBool MPMUnlikely_gas_disorder(const MPMLook *look, PetscInt k, MPMOdd *odd)
 {
+  enum { LEAST = 3 }; /* particles per cell and axis */
   const MPMScene *scene = look->scene;
   const MPMBody  *b     = &scene->bodies[k];
-  PetscBool       moves = MPMWallsHave(&scene->walls, MPM_WALL_MOVES), few = PETSC_FALSE;
+  PetscBool       few   = PETSC_FALSE;
 
-  for (PetscInt r = scene->nbodies; r < scene->nbodies + scene->nshapes; r++)
-    moves = moves || (scene->bodies[r].rigid != MPM_RIGID_NONE && scene->bodies[r].rigid != MPM_RIGID_FIXED);
-  if (look->core->grid.dim == 1 || !moves || !MPMMaterialIsGas(&scene->materials[b->material])) return PETSC_FALSE;
-  for (PetscInt d = 0; d < look->core->grid.dim; d++) few = few || b->ppc[d] < 3;
-  if (MPMUnlikelyGiven("method_preset", NULL, "", odd) &&
-      (!strcmp(odd->value, "fast") || !strcmp(odd->value, "energy")))
-    return PETSC_TRUE;
+  if (look->core->grid.dim == 1 || !MPMMaterialIsGas(&scene->materials[b->material]) ||
+      !(MPMWallsHave(&scene->walls, MPM_WALL_MOVES) || RigidMoves(scene)))
+    return PETSC_FALSE;
+  if (scene->ppc_gas < LEAST && MPMUnlikelyGiven("method_preset", NULL, "", odd)) return PETSC_TRUE;
+  for (PetscInt d = 0; d < look->core->grid.dim; d++) few = few || b->ppc[d] < LEAST;
   return few && !b->points && MPMUnlikelyGiven("body", b->name, "_ppc", odd);
 }
 
@@ -289,7 +297,6 @@ static PetscBool OpenBelow(const MPMLook *look, PetscInt k, MPMOdd *odd)
         !(PetscAbsReal(low - edge) < 0.5 * look->g * PetscSqr(look->time->end - look->core->stages.began)))
       continue;
     (void)snprintf(odd->option, MPM_WORDS, "-bc_%s_type", MPMFaceNames[face]);
-    (void)snprintf(odd->other, MPM_WORDS, "%s", scene->bodies[k].name);
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -302,9 +309,7 @@ PetscBool MPMUnlikely_flows_out(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (!(look->g > 0) || look->core->grid.total || !(look->scene->materials[b->material].type->traits & MPM_LOOSE) ||
       MPMUnlikelyGiven("particles_leave", NULL, "", odd))
     return PETSC_FALSE;
-  for (PetscInt r = look->scene->nbodies; r < look->scene->nbodies + look->scene->nshapes; r++)
-    if (look->scene->bodies[r].rigid != MPM_RIGID_NONE && look->scene->bodies[r].rigid != MPM_RIGID_FIXED)
-      return PETSC_FALSE; /* it may come to any place */
+  if (RigidMoves(look->scene)) return PETSC_FALSE;
   return look->core->rigids.n ? OpenBelow(look, k, odd) : OpenSide(look, k, odd);
 }
 

@@ -48,7 +48,7 @@ PetscBool MPMUnlikely_load_sinks(const MPMLook *look, PetscInt k, MPMOdd *odd)
   if (MPMLoadIsOnVolume(load) || !(m->type->traits & MPM_FLUID) || !Load(look, k, odd, &size)) return PETSC_FALSE;
   odd->ratio = (look->time->end - look->core->stages.began) * PetscSqrtReal(size / m->rho) /
                MPMGridSmallestH(&look->core->grid);
-  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name);
+  (void)snprintf(odd->other, MPM_WORDS, "%s", look->scene->bodies[load->body].name); /* Load() told the modulus */
   return PETSC_TRUE;
 }
 

@@ -58,16 +58,15 @@ static PetscBool IsPool(const MPMLook *look, PetscInt k)
 }
 
 /* What is slow beside a fall from the height of a pool moves it, and no weight holds it down. */
-PetscBool MPMUnlikely_weightless(const MPMLook *look, PetscInt k, MPMOdd *odd)
+PetscBool MPMUnlikely_weightless(const MPMLook *look, PETSC_UNUSED PetscInt k, MPMOdd *odd)
 {
   const MPMScene  *scene = look->scene;
   const PetscInt   dim = look->core->grid.dim, up = dim - 1;
   const MPMFormula shakes = MPMUnlikelyFormula(look, scene->nloads + 6);
   PetscReal        x[3] = {0}, speed = 0;
-  PetscBool        moves = shakes.value ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool        moves = shakes.value != NULL;
 
-  if (k || dim == 1 || look->g > 0 || scene->nloads || scene->initial || !MPMUnlikelyStarts(look) ||
-      look->core->stages.n)
+  if (dim == 1 || look->g > 0 || scene->nloads || scene->initial || !MPMUnlikelyStarts(look) || look->core->stages.n)
     return PETSC_FALSE;
   if (moves) (void)snprintf(odd->meant, MPM_WORDS, "-acceleration");
   for (PetscInt j = 0; moves && j < 16; j++) {

@@ -105,7 +105,6 @@ PetscBool MPMUnlikely_strains(const MPMLook *look, PetscInt k, MPMOdd *odd)
     }
   }
   if (!(off < 1e-6 * size)) return PETSC_FALSE;
-  (void)snprintf(odd->other, MPM_WORDS, "%s", b->name);
   for (PetscInt d = 1; d < dim; d++)
     for (PetscInt e = 0; e < d; e++)
       if (PetscAbsReal(slope[d][e]) > 1e-6 * size)
